@@ -1,0 +1,28 @@
+option(SEMMAP_BUILD_TESTS "Build the tests and benchmarks" ON)
+set(SEMMAP_MARCH "" CACHE STRING "Value of -march for our code; empty: the compiler's default")
+set(SEMMAP_SANITIZE "" CACHE STRING "Comma-separated list for -fsanitize")
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  # The sloppiness lets ccache serve translation units that use a precompiled header.
+  set(CMAKE_CXX_COMPILER_LAUNCHER
+      ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+      ${CCACHE_PROGRAM})
+endif()
+
+# Flags of our own code; third-party headers come in as SYSTEM and are not subject to the warnings.
+add_library(semmap_flags INTERFACE)
+target_compile_options(semmap_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual -Werror
+  -fpch-preprocess)
+# Debian builds Ceres for the baseline CPU: with a wider -march Eigen would align its types to 32 or
+# 64 bytes in our code and to 16 in Ceres. Fixing the alignment keeps one layout on both sides.
+target_compile_definitions(semmap_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
+target_include_directories(semmap_flags INTERFACE ${PROJECT_SOURCE_DIR})
+if(SEMMAP_MARCH)
+  target_compile_options(semmap_flags INTERFACE -march=${SEMMAP_MARCH})
+endif()
+if(SEMMAP_SANITIZE)
+  target_compile_options(semmap_flags INTERFACE -fsanitize=${SEMMAP_SANITIZE} -fno-sanitize-recover=all)
+  target_link_options(semmap_flags INTERFACE -fsanitize=${SEMMAP_SANITIZE})
+endif()

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "slam/features/frame_features.h"
+#include "slam/features/orb_extractor.h"
+
+namespace semmap {
+
+struct StereoConfig {
+  int max_descriptor_distance = 75;  // bits, accepted before refinement
+  double max_depth_in_baselines = 800;  // points further than this many baselines get no depth
+
+  void Read(ConfigReader& reader);
+};
+
+// Fills right_x and depth of the keypoints of a rectified left image: candidates on the same row band by
+// descriptor, then sub-pixel disparity from patch correlation with a parabola through the minimum, then outliers by
+// correlation score are dropped (Mur-Artal and Tardos, ORB-SLAM2, IEEE TRO 2017, section III-A).
+// `left` and `right` are the extractors that hold the pyramids of the two images just extracted.
+// focal_px * baseline_m / disparity = depth. Not thread-safe (keeps buffers).
+class StereoMatcher {
+ public:
+  StereoMatcher(const StereoConfig& config, double focal_px, double baseline_m);
+
+  void Match(const OrbExtractor& left, const OrbExtractor& right, const FrameFeatures& right_features,
+             FrameFeatures* left_features);
+
+ private:
+  StereoConfig config_;
+  double focal_px_;
+  double baseline_m_;
+  std::vector<std::vector<int>> right_rows_;
+  std::vector<std::pair<int, int>> scores_;
+};
+
+// Fills right_x and depth from a registered depth image (CV_16UC1 in `units_per_metre`, or CV_32FC1 in metres). Raw
+// (distorted) pixel coordinates `raw_x/raw_y` index the depth image. 0, 65535 and non-finite mean no depth.
+void AttachDepth(const cv::Mat& depth, double units_per_metre, double focal_times_baseline,
+                 const std::vector<cv::Point2f>& raw_pixels, FrameFeatures* features);
+
+}  // namespace semmap

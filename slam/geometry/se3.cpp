@@ -1,0 +1,80 @@
+#include "slam/geometry/se3.h"
+
+#include <cmath>
+
+namespace semmap {
+namespace {
+
+// Below this angle the series is exact to double precision and the closed forms divide by almost zero.
+constexpr double kSmallAngle = 1e-6;
+
+// The left Jacobian of SO(3), which maps the translational part of a tangent vector to the translation.
+Eigen::Matrix3d LeftJacobian(const Eigen::Vector3d& phi) {
+  const double angle = phi.norm();
+  const Eigen::Matrix3d skew = Skew(phi);
+  if (angle < kSmallAngle) return Eigen::Matrix3d::Identity() + 0.5 * skew;
+  const double a = (1.0 - std::cos(angle)) / (angle * angle);
+  const double b = (angle - std::sin(angle)) / (angle * angle * angle);
+  return Eigen::Matrix3d::Identity() + a * skew + b * skew * skew;
+}
+
+Eigen::Quaterniond ExpSO3(const Eigen::Vector3d& phi) {
+  const double angle = phi.norm();
+  const double half = 0.5 * angle;
+  const double factor = angle < kSmallAngle ? 0.5 - angle * angle / 48.0 : std::sin(half) / angle;
+  return {std::cos(half), factor * phi.x(), factor * phi.y(), factor * phi.z()};
+}
+
+Eigen::Vector3d LogSO3(const Eigen::Quaterniond& rotation) {
+  const double sign = rotation.w() < 0 ? -1.0 : 1.0;
+  const Eigen::Vector3d vector = sign * rotation.vec();
+  const double norm = vector.norm();
+  if (norm < kSmallAngle) return 2.0 * vector;
+  return 2.0 * std::atan2(norm, sign * rotation.w()) / norm * vector;
+}
+
+}  // namespace
+
+Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d skew;
+  skew << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return skew;
+}
+
+SE3 SE3::FromMatrix(const Eigen::Matrix4d& matrix) {
+  return {Eigen::Matrix3d(matrix.topLeftCorner<3, 3>()), Eigen::Vector3d(matrix.topRightCorner<3, 1>())};
+}
+
+SE3 SE3::Exp(const Vector6d& tangent) {
+  const Eigen::Vector3d phi = tangent.tail<3>();
+  return {ExpSO3(phi), LeftJacobian(phi) * tangent.head<3>()};
+}
+
+Vector6d SE3::Log() const {
+  const Eigen::Vector3d phi = LogSO3(rotation_);
+  Vector6d tangent;
+  tangent << LeftJacobian(phi).inverse() * translation_, phi;
+  return tangent;
+}
+
+Eigen::Matrix4d SE3::Matrix() const {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix.topLeftCorner<3, 3>() = RotationMatrix();
+  matrix.topRightCorner<3, 1>() = translation_;
+  return matrix;
+}
+
+SE3 SE3::Inverse() const {
+  const Eigen::Quaterniond inverse = rotation_.conjugate();
+  return {inverse, -(inverse * translation_)};
+}
+
+SE3 SE3::operator*(const SE3& other) const {
+  return {rotation_ * other.rotation_, rotation_ * other.translation_ + translation_};
+}
+
+double SE3::RotationAngle() const { return LogSO3(rotation_).norm(); }
+
+bool SE3::IsFinite() const { return rotation_.coeffs().allFinite() && translation_.allFinite(); }
+
+}  // namespace semmap

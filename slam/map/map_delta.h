@@ -1,0 +1,113 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slam/common/ids.h"
+#include "slam/common/time.h"
+#include "slam/features/frame_features.h"
+#include "slam/geometry/se3.h"
+
+namespace semmap {
+
+// The records in which a map leaves the algorithm: what the store keeps and viewers watch. All are plain values.
+
+struct KeyFrameRecord {
+  KeyFrameId id;
+  // Which vehicle frame it was.
+  uint64_t sequence = 0;
+  TimestampNs timestamp = 0;
+  SE3 map_from_camera;
+  // Tree over the map's keyframes; none for the first.
+  KeyFrameId parent;
+  // Immutable after creation and therefore shared instead of copied. Never null.
+  std::shared_ptr<const FrameFeatures> features;
+};
+
+struct KeyFramePose {
+  KeyFrameId id;
+  SE3 map_from_camera;
+  KeyFrameId parent;
+};
+
+// Which map point each keypoint of a keyframe sees; none where it sees none. As long as features->keypoints.
+struct KeyFrameObservations {
+  KeyFrameId id;
+  std::vector<MapPointId> point_of_keypoint;
+};
+
+struct ClassVote {
+  uint8_t semantic_class = 255;
+  uint32_t count = 0;
+};
+
+struct MapPointRecord {
+  MapPointId id;
+  Eigen::Vector3d position_in_map = Eigen::Vector3d::Zero();
+  // Mean viewing direction, from cameras to the point, unit length.
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();
+  // Distances from which the point's corner can be found on the pyramid, metres.
+  float min_distance = 0;
+  float max_distance = 0;
+  Descriptor descriptor;
+  KeyFrameId reference_keyframe;
+  // How many keyframes see it.
+  uint32_t observation_count = 0;
+  // Time of the newest observation and of the oldest, by keyframe.
+  TimestampNs first_seen = 0;
+  TimestampNs last_seen = 0;
+  uint8_t semantic_class = 255;  // the most frequent vote; 255: none
+  float class_confidence = 0;    // its share of the votes
+  std::vector<ClassVote> votes;
+};
+
+// Pose of one vehicle frame, relative to a keyframe so that later corrections of the keyframe move it along:
+// map_from_camera = keyframe.map_from_camera * keyframe_from_camera.
+struct FramePose {
+  uint64_t sequence = 0;
+  TimestampNs timestamp = 0;
+  KeyFrameId reference_keyframe;
+  SE3 keyframe_from_camera;
+};
+
+// A culled keyframe leaves its frames to another one:
+// frames of `removed` become relative to `heir` by heir_from_camera = heir_from_removed * removed_from_camera.
+struct RemovedKeyFrame {
+  KeyFrameId removed;
+  KeyFrameId heir;
+  SE3 heir_from_removed;
+};
+
+// Everything that one step of the mapper changed; applied as one transaction, in the order of the members below.
+// Applying deltas in order from an empty map reproduces the map.
+struct MapDelta {
+  // Forget everything first: the map started over (monocular tracking lost right after its start).
+  bool reset = false;
+  // Grows by one with each delta of a session.
+  uint64_t version = 0;
+  std::vector<KeyFrameRecord> added_keyframes;
+  std::vector<KeyFramePose> moved_keyframes;
+  std::vector<MapPointRecord> upserted_points;
+  std::vector<KeyFrameObservations> observations;
+  std::vector<RemovedKeyFrame> removed_keyframes;
+  std::vector<MapPointId> removed_points;
+  std::vector<FramePose> frames;
+
+  bool empty() const {
+    return !reset && added_keyframes.empty() && moved_keyframes.empty() && upserted_points.empty() &&
+           observations.empty() && removed_keyframes.empty() && removed_points.empty() && frames.empty();
+  }
+};
+
+// Receives the deltas of one session, in order, from one thread at a time. Must not block for long: it holds up the
+// mapper (never the tracker).
+class MapDeltaSink {
+ public:
+  virtual ~MapDeltaSink() = default;
+  virtual void OnDelta(MapDelta delta) = 0;
+};
+
+}  // namespace semmap

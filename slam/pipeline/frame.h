@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include <opencv2/core/mat.hpp>
+
+#include "slam/common/time.h"
+#include "slam/geometry/se3.h"
+
+namespace semmap {
+
+// One input of a session. Pixels are only read during the call that takes the frame.
+struct FrameInput {
+  uint64_t sequence = 0;
+  TimestampNs timestamp = 0;
+  cv::Mat image;   // CV_8UC1, the left or only image, as large as the rig says
+  cv::Mat right;   // stereo: CV_8UC1, rectified
+  cv::Mat depth;   // RGB-D: CV_16UC1 in the rig's units, or CV_32FC1 metres
+  cv::Mat class_mask;  // optional: CV_8UC1 CARLA ids, from the vehicle
+};
+
+enum class TrackingState {
+  kInitializing,  // no map yet
+  kTracking,
+  kLost,
+};
+
+// Milliseconds of wall time that each stage of a frame took.
+struct StageTimes {
+  double extract_ms = 0;
+  double stereo_ms = 0;    // stereo matching, or depth look-up
+  double match_ms = 0;     // guided matching against last frame and local map
+  double optimize_ms = 0;  // pose
+  double total_ms = 0;     // the whole of Session::Track
+};
+
+// The answer for one frame.
+struct FrameResult {
+  uint64_t sequence = 0;
+  TimestampNs timestamp = 0;
+  TrackingState state = TrackingState::kInitializing;
+  // Set when state is kTracking.
+  std::optional<SE3> map_from_camera;
+  // Of the camera pose, tangent (translation, rotation) in the camera frame; metres^2, radians^2.
+  Matrix6d covariance = Matrix6d::Zero();
+  int inliers = 0;
+  bool is_keyframe = false;
+  uint64_t map_version = 0;
+  StageTimes times;
+};
+
+}  // namespace semmap
