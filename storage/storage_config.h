@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+
+#include "slam/common/fwd.h"
+
+namespace semmap::storage {
+
+// Where the maps are and how the database is run.
+struct StorageConfig {
+  // Backend and place, "sqlite:///absolute/path.db" or "sqlite:relative/path.db".
+  std::string uri = "sqlite:semmap.db";
+  // NORMAL: what was acknowledged survives the death of the process, a power cut may take the last moments.
+  // FULL: it survives a power cut as well; each delta waits for the disk.
+  std::string synchronous = "normal";  // normal or full
+  // How long to wait for somebody else's lock before UNAVAILABLE; 0 to 600000.
+  int busy_timeout_ms = 10000;
+  // Page cache of each connection, 1 to 4096.
+  int cache_mb = 32;
+  // Connections that read at the same time; further readers wait for busy_timeout_ms. 1 to 64.
+  int max_readers = 8;
+
+  void Read(ConfigReader& reader);
+};
+
+}  // namespace semmap::storage
