@@ -15,6 +15,11 @@ add_library(semmap_flags INTERFACE)
 target_compile_options(semmap_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual -Werror
   -fpch-preprocess)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # GCC 12's AVX-512 intrinsics initialize "undefined" registers with themselves and then warn about it
+  # wherever Eigen inlines them (GCC bug 105593).
+  target_compile_options(semmap_flags INTERFACE -Wno-maybe-uninitialized -Wno-uninitialized)
+endif()
 # Debian builds Ceres for the baseline CPU: with a wider -march Eigen would align its types to 32 or
 # 64 bytes in our code and to 16 in Ceres. Fixing the alignment keeps one layout on both sides.
 target_compile_definitions(semmap_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)

@@ -68,7 +68,9 @@ void ConfigReader::ReadBounded(const char* key, T* value, T low, T high) {
   }
 }
 
-void ConfigReader::Number(const char* key, int* value, int low, int high) { ReadBounded(key, value, low, high); }
+void ConfigReader::Number(const char* key, int* value, int low, int high) {
+  ReadBounded(key, value, low, high);
+}
 
 void ConfigReader::Number(const char* key, int64_t* value, int64_t low, int64_t high) {
   ReadBounded(key, value, low, high);
@@ -108,7 +110,8 @@ void ConfigReader::NumberList(const char* key, std::vector<double>* values, size
   const YAML::Node field = Find(key);
   if (!field.IsDefined()) return;
   std::vector<double> parsed;
-  if (!field.IsSequence() || field.size() > max_size || !YAML::convert<std::vector<double>>::decode(field, parsed)) {
+  if (!field.IsSequence() || field.size() > max_size ||
+      !YAML::convert<std::vector<double>>::decode(field, parsed)) {
     Complain(key, absl::StrCat("is not a list of at most ", max_size, " numbers"));
     return;
   }
@@ -129,7 +132,8 @@ void ConfigReader::Absorb(ConfigReader& child) {
 void ConfigReader::Complain(const char* key, std::string_view reason) {
   const YAML::Node& fixed = node_;
   const YAML::Node field = node_.IsMap() ? fixed[key] : YAML::Node(YAML::NodeType::Undefined);
-  complaints_.push_back(absl::StrCat(At(name_, field.IsDefined() ? field : node_), ": ", prefix_, key, " ", reason));
+  complaints_.push_back(
+      absl::StrCat(At(name_, field.IsDefined() ? field : node_), ": ", prefix_, key, " ", std::string(reason)));
 }
 
 void ConfigReader::ComplainUnknownKeys() {
