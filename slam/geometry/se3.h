@@ -11,8 +11,9 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // The matrix [v]x with [v]x w = v x w.
 Eigen::Matrix3d Skew(const Eigen::Vector3d& v);
 
-// A rigid motion, used as a value. A variable names both frames right to left: `map_from_camera * point_in_camera`
-// is a point in the map frame. Tangent vectors are (translation, rotation), metres and radians.
+// A rigid motion, used as a value. A variable names both frames right to left: `map_from_camera *
+// point_in_camera` is a point in the map frame. Tangent vectors are (translation, rotation), metres and
+// radians.
 class SE3 {
  public:
   SE3() : rotation_(Eigen::Quaterniond::Identity()), translation_(Eigen::Vector3d::Zero()) {}

@@ -26,10 +26,11 @@ struct TwoViewOptions {
   uint32_t seed = 0;
 };
 
-// Relative pose and structure from matches of undistorted pixels in two images: a homography and a fundamental matrix
-// are estimated in parallel by RANSAC, the model is chosen by the ratio of their symmetric transfer scores, and the
-// motion hypothesis (8 of the homography, 4 of the essential matrix) with clearly the most points in front of both cameras and
-// enough parallax wins (Mur-Artal et al. 2015, section IV). nullopt when no hypothesis is clear. first[i] matches second[i].
+// Relative pose and structure from matches of undistorted pixels in two images: a homography and a
+// fundamental matrix are estimated in parallel by RANSAC, the model is chosen by the ratio of their symmetric
+// transfer scores, and the motion hypothesis (8 of the homography, 4 of the essential matrix) with clearly
+// the most points in front of both cameras and enough parallax wins (Mur-Artal et al. 2015, section IV).
+// nullopt when no hypothesis is clear. first[i] matches second[i].
 std::optional<TwoViewReconstruction> ReconstructTwoViews(const CameraIntrinsics& camera,
                                                          const std::vector<Eigen::Vector2d>& first,
                                                          const std::vector<Eigen::Vector2d>& second,

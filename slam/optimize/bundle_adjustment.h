@@ -45,9 +45,9 @@ struct BundleSummary {
   bool stopped = false;
 };
 
-// Bundle adjustment over the free cameras and all points (Ceres, sparse Schur complement, Huber loss, analytic
-// Jacobians); updates cameras and points and marks outliers. At least one camera must be fixed (two, or stereo
-// observations, for scale). Deterministic with threads = 1.
+// Bundle adjustment over the free cameras and all points (Ceres, sparse Schur complement, Huber loss,
+// analytic Jacobians); updates cameras and points and marks outliers. At least one camera must be fixed (two,
+// or stereo observations, for scale). Deterministic with threads = 1.
 BundleSummary AdjustBundle(const BundleOptions& options, BundleProblem* problem);
 
 }  // namespace semmap
