@@ -22,6 +22,13 @@ class SE3 {
   SE3(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation)
       : SE3(Eigen::Quaterniond(rotation), translation) {}
 
+  // Takes a rotation that is a unit quaternion already as it is, to the last bit: for what was stored.
+  static SE3 FromUnitQuaternion(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation) {
+    SE3 result;
+    result.rotation_ = rotation;
+    result.translation_ = translation;
+    return result;
+  }
   static SE3 FromMatrix(const Eigen::Matrix4d& matrix);
   // Exponential map of se(3).
   static SE3 Exp(const Vector6d& tangent);
