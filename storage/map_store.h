@@ -30,7 +30,7 @@ namespace semmap::storage {
 using MapId = StrongId<struct MapIdTag>;
 using SessionId = StrongId<struct SessionIdTag>;
 
-// ---------------------------------------------------------------------------------------------------------------------
+// ---------------------------------------------------------------------------------------------------------
 // Values
 
 // [begin, end), nanoseconds of the vehicles' clock. The default is all of time.
@@ -161,7 +161,7 @@ struct IntegrityFinding {
   std::string message;
 };
 
-// ---------------------------------------------------------------------------------------------------------------------
+// ---------------------------------------------------------------------------------------------------------
 // Queries. All results come in ascending order of id; `after` continues behind the last one of an earlier
 // answer, so that it is a page token. limit 0 means no limit. All conditions must hold.
 
@@ -209,11 +209,10 @@ using MapPointVisitor = std::function<bool(const MapPointRecord&)>;
 using KeyFrameVisitor = std::function<bool(const KeyFrameEntry&)>;
 using TrajectoryVisitor = std::function<bool(const TrajectoryPose&)>;
 
-// ---------------------------------------------------------------------------------------------------------------------
+// ---------------------------------------------------------------------------------------------------------
 
-// Thread-safe: any method may be called from any thread. Writes are done one at a time, in the order of their
-// calls; reads run at the same time as others and as a write, each on a snapshot of its own, and never hold
-// up a writer.
+// Thread-safe: any method may be called from any thread. Writes are done one at a time; reads run
+// at the same time as others and as a write, each on a snapshot of its own, and never hold up a writer.
 //
 // Errors of every method, besides those it names:
 //   NOT_FOUND            no such map, session or keyframe
@@ -258,17 +257,20 @@ class MapStore {
 
   // Applies one delta as one transaction; when this returns OK it is durable (with synchronous NORMAL against
   // the death of the process, with FULL against that of the machine). Members are applied in their order:
-  //   reset              what this session added so far (its keyframes, points and frames) is forgotten;
-  //   added_keyframes    ids must be new to the map;
-  //   moved_keyframes    must exist;
-  //   upserted_points    replaced as a whole, or added;
-  //   observations       of existing keyframes, as long as their keypoints, replaced as a whole;
-  //   removed_keyframes  with their features and observations; frames of theirs are re-anchored to the heir
-  //   (rewritten
-  //                      poses), children that were not moved to another parent by this delta become the
-  //                      heir's;
-  //   removed_points     must exist; no observation may name them any more (not checked here: CheckIntegrity
-  //   does); frames             of existing keyframes; a frame sent again replaces the earlier pose.
+  // - reset: what this session added so far (its keyframes, points and frames) is forgotten;
+  //   FAILED_PRECONDITION when other sessions built on it;
+  // - added_keyframes: ids must be new to the map;
+  // - moved_keyframes: must exist;
+  // - upserted_points: replaced as a whole, or added;
+  // - observations: of existing keyframes, as long as their keypoints, replaced as a whole;
+  // - removed_keyframes: must exist, and so must the heir. They go with their features and observations;
+  // their
+  //   frames are re-anchored to the heir (rewritten poses); children that no delta moved to another parent
+  //   become the heir's (the heir itself, when it is a child, takes the removed one's parent);
+  // - removed_points: unknown ones are passed over. No observation may name a removed point any more, which
+  // is
+  //   not checked here but by CheckIntegrity;
+  // - frames: of existing keyframes; a frame sent again replaces the earlier pose.
   // delta.version must be one more than that of the session's previous delta (the first may have any), so
   // that a delta is neither lost nor applied twice: ALREADY_EXISTS when it is not greater,
   // FAILED_PRECONDITION when one is missing. Empty deltas therefore count and are to be applied as well.
@@ -304,7 +306,7 @@ class MapStore {
   virtual absl::StatusOr<uint64_t> DatabaseBytes() = 0;
 };
 
-// ---------------------------------------------------------------------------------------------------------------------
+// ---------------------------------------------------------------------------------------------------------
 
 // INVALID_ARGUMENT unless `name` is [a-zA-Z0-9][a-zA-Z0-9_.-]{0,62}.
 absl::Status ValidateMapName(std::string_view name);
