@@ -10,8 +10,6 @@
 
 namespace semmap {
 
-
-
 struct OrbConfig {
   int features = 2000;          // keypoints aimed at for an image, 100 to 10000
   int levels = 8;               // pyramid levels, 1 to 12
@@ -32,7 +30,7 @@ class OrbExtractor {
   OrbExtractor(OrbExtractor&&) noexcept;
   OrbExtractor& operator=(OrbExtractor&&) noexcept;
 
-  // `grey` is CV_8UC1, at least 64 x 64. Fills keypoints (x, y in raw image coordinates, angle, octave; no depth) and
+  // `grey` is CV_8UC1, 64 x 64 to 16384 x 16384; anything else yields no features. Fills keypoints (x, y in raw image coordinates, angle, octave; no depth) and
   // descriptors; what they held before is lost, their capacity is reused.
   void Extract(const cv::Mat& grey, FrameFeatures* features);
 
