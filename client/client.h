@@ -1,0 +1,57 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "client/connection.h"
+#include "semmap/v1/map_service.pb.h"
+#include "semmap/v1/session_service.pb.h"
+
+namespace semmap::client {
+
+// Asks a server about maps and sessions. Every call has a deadline (ConnectOptions::call_timeout) and fails
+// with the server's status; errors.h tells its reason. Map and session arguments are ids or full names.
+// Thread-safe.
+class Client {
+ public:
+  // Return false to stop reading; the call then ends with CANCELLED.
+  template <typename Message>
+  using Consumer = std::function<bool(const Message&)>;
+
+  explicit Client(std::shared_ptr<Connection> connection);
+  ~Client();
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  absl::StatusOr<v1::Map> CreateMap(const v1::Map& map);
+  absl::StatusOr<v1::Map> GetMap(const std::string& map);
+  // All pages.
+  absl::StatusOr<std::vector<v1::Map>> ListMaps();
+  absl::Status DeleteMap(const std::string& map);
+  absl::StatusOr<v1::MapSummary> GetMapSummary(const std::string& map);
+
+  // Points arrive in pieces, in the order of their ids.
+  absl::Status QueryMapPoints(v1::QueryMapPointsRequest request,
+                              const Consumer<v1::QueryMapPointsResponse>& consumer);
+  // All pages; `request.page_token` is ignored.
+  absl::Status QueryKeyFrames(v1::QueryKeyFramesRequest request, const Consumer<v1::KeyFrame>& consumer);
+  // Poses arrive in pieces, by session and sequence.
+  absl::Status GetTrajectory(v1::GetTrajectoryRequest request,
+                             const Consumer<v1::GetTrajectoryResponse>& consumer);
+
+  absl::StatusOr<v1::Session> GetSession(const std::string& session);
+  // All pages; `request.page_token` is ignored.
+  absl::StatusOr<std::vector<v1::Session>> ListSessions(v1::ListSessionsRequest request);
+  absl::StatusOr<v1::Session> EndSession(const std::string& session);
+
+ private:
+  struct Stubs;
+  std::shared_ptr<Connection> connection_;
+  std::unique_ptr<Stubs> stubs_;
+};
+
+}  // namespace semmap::client
