@@ -13,7 +13,8 @@
 
 namespace semmap {
 
-// The records in which a map leaves the algorithm: what the store keeps and viewers watch. All are plain values.
+// The records in which a map leaves the algorithm: what the store keeps and viewers watch. All are plain
+// values.
 
 struct KeyFrameRecord {
   KeyFrameId id;
@@ -74,15 +75,16 @@ struct FramePose {
 };
 
 // A culled keyframe leaves its frames to another one:
-// frames of `removed` become relative to `heir` by heir_from_camera = heir_from_removed * removed_from_camera.
+// frames of `removed` become relative to `heir` by heir_from_camera = heir_from_removed *
+// removed_from_camera.
 struct RemovedKeyFrame {
   KeyFrameId removed;
   KeyFrameId heir;
   SE3 heir_from_removed;
 };
 
-// Everything that one step of the mapper changed; applied as one transaction, in the order of the members below.
-// Applying deltas in order from an empty map reproduces the map.
+// Everything that one step of the mapper changed; applied as one transaction, in the order of the members
+// below. Applying deltas in order from an empty map reproduces the map.
 struct MapDelta {
   // Forget everything first: the map started over (monocular tracking lost right after its start).
   bool reset = false;
@@ -102,8 +104,8 @@ struct MapDelta {
   }
 };
 
-// Receives the deltas of one session, in order, from one thread at a time. Must not block for long: it holds up the
-// mapper (never the tracker).
+// Receives the deltas of one session, in order, from one thread at a time. Must not block for long: it holds
+// up the mapper (never the tracker).
 class MapDeltaSink {
  public:
   virtual ~MapDeltaSink() = default;

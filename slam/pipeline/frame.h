@@ -14,9 +14,9 @@ namespace semmap {
 struct FrameInput {
   uint64_t sequence = 0;
   TimestampNs timestamp = 0;
-  cv::Mat image;   // CV_8UC1, the left or only image, as large as the rig says
-  cv::Mat right;   // stereo: CV_8UC1, rectified
-  cv::Mat depth;   // RGB-D: CV_16UC1 in the rig's units, or CV_32FC1 metres
+  cv::Mat image;       // CV_8UC1, the left or only image, as large as the rig says
+  cv::Mat right;       // stereo: CV_8UC1, rectified
+  cv::Mat depth;       // RGB-D: CV_16UC1 in the rig's units, or CV_32FC1 metres
   cv::Mat class_mask;  // optional: CV_8UC1 CARLA ids, from the vehicle
 };
 

@@ -22,19 +22,21 @@ struct SessionStats {
   double map_ms = 0;  // wall time spent in the mapper so far
 };
 
-// One vehicle's drive: joins tracker and mapper. Track is called from one thread at a time (any thread); the mapper
-// runs on `executor` in order, or inside Track when the configuration asks for determinism. Frames must have growing
-// sequence numbers and timestamps. After an error of Track (wrong image size or type, time running backwards) the
-// session is as it was before the call.
+// One vehicle's drive: joins tracker and mapper. Track is called from one thread at a time (any thread); the
+// mapper runs on `executor` in order, or inside Track when the configuration asks for determinism. Frames
+// must have growing sequence numbers and timestamps. After an error of Track (wrong image size or type, time
+// running backwards) the session is as it was before the call.
 class Session {
  public:
-  // INVALID_ARGUMENT when the rig or the configuration is not usable. `sink` and `executor` must outlive the session.
+  // INVALID_ARGUMENT when the rig or the configuration is not usable. `sink` and `executor` must outlive the
+  // session.
   static absl::StatusOr<std::unique_ptr<Session>> Create(const SlamConfig& config, const CameraRig& rig,
                                                          MapDeltaSink* sink, Executor* executor);
   virtual ~Session() = default;
 
   virtual absl::StatusOr<FrameResult> Track(const FrameInput& frame) = 0;
-  // Waits for the mapper and delivers what is left to the sink. Idempotent; Track must not be called afterwards.
+  // Waits for the mapper and delivers what is left to the sink. Idempotent; Track must not be called
+  // afterwards.
   virtual void Finish() = 0;
   virtual SessionStats Stats() const = 0;
 };

@@ -3,27 +3,42 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "slam/common/fwd.h"
 #include "slam/features/orb_extractor.h"
 #include "slam/features/stereo_matcher.h"
 
 namespace semmap {
 
 struct TrackingConfig {
-  int min_inliers = 15;                  // fewer: the frame is lost
-  int min_inliers_map = 30;              // of the local map, for a good frame
-  double close_depth_in_baselines = 40;  // depth points nearer than this are trusted for scale
+  // Matched points with which a frame counts as tracked at all, and with which a local map match is good.
+  int min_inliers = 15;
+  int min_inliers_map = 30;
+  // Depth is trusted for scale up to this many baselines.
+  double close_depth_in_baselines = 40;
+  // A keyframe is made at the latest, and at the earliest (unless urgent), after these times if tracking
+  // weakens.
   double max_keyframe_interval_s = 1.0;
-  double keyframe_ratio = 0.9;           // of the reference keyframe's points still tracked; below: new keyframe
+  double min_keyframe_interval_s = 0.0;
+  // Tracking is weak below this share of the reference keyframe's points: one eye, and with depth.
+  double keyframe_ratio = 0.9;
+  double keyframe_ratio_depth = 0.75;
 
   void Read(ConfigReader& reader);
 };
 
 struct MappingConfig {
-  int max_local_keyframes = 20;   // free in local bundle adjustment
-  int max_fixed_keyframes = 30;   // on its rim
-  int neighbours_to_triangulate = 10;
-  double cull_redundancy = 0.9;   // a keyframe this redundant is culled
-  int queue = 3;                  // keyframes that may wait for the mapper
+  // Local bundle adjustment: free keyframes, and fixed ones on the rim.
+  int max_local_keyframes = 20;
+  int max_fixed_keyframes = 30;
+  // Covisible keyframes with which new points are triangulated: one eye, and with depth.
+  int neighbours_to_triangulate = 20;
+  int neighbours_to_triangulate_depth = 10;
+  // A keyframe is culled when this share of its points is seen by three others at least as well.
+  double cull_redundancy = 0.9;
+  // Keyframes that may wait for the mapper.
+  int queue = 3;
+  int bundle_iterations = 5;
+  int bundle_iterations_refined = 10;
 
   void Read(ConfigReader& reader);
 };

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slam/common/ids.h"
+#include "slam/map/map.h"
+
+namespace semmap {
+
+// A keyframe of the view, with its points as indices into the view.
+struct ViewKeyFrame {
+  KeyFrameId id;
+  SE3 camera_from_map;
+  std::shared_ptr<const FrameFeatures> features;
+  std::shared_ptr<const FeatureGrid> grid;
+  // For each keypoint an index into the view's points, or -1.
+  std::vector<int32_t> point_of_keypoint;
+};
+
+// The part of the map around its newest keyframe, copied out for the tracker: immutable once published, so it
+// is read without a lock while the mapper goes on. Points are kept as parallel arrays, because the tracker
+// sweeps all of them for every frame.
+struct LocalMapView {
+  uint64_t version = 0;
+  // Count of keyframes in the whole map when the view was made.
+  int map_keyframes = 0;
+
+  std::vector<MapPointId> ids;
+  std::vector<Eigen::Vector3d> positions;
+  std::vector<Eigen::Vector3f> normals;
+  std::vector<float> min_distances;
+  std::vector<float> max_distances;
+  std::vector<Descriptor> descriptors;
+  std::vector<uint32_t> observation_counts;
+  std::unordered_map<MapPointId, int32_t, IdHash> index_of_id;
+
+  // Newest first; the first is the reference keyframe of tracking. Never empty.
+  std::vector<ViewKeyFrame> keyframes;
+
+  size_t size() const { return ids.size(); }
+  const ViewKeyFrame& reference() const { return keyframes.front(); }
+  // -1 when the point is not (or no longer) part of the view.
+  int32_t IndexOf(MapPointId id) const {
+    const auto found = index_of_id.find(id);
+    return found == index_of_id.end() ? -1 : found->second;
+  }
+  const ViewKeyFrame* FindKeyFrame(KeyFrameId id) const;
+};
+
+struct LocalMapViewLimits {
+  size_t neighbours = 30;        // covisible keyframes whose points take part
+  size_t second_neighbours = 3;  // of each of the ten best of them
+  size_t max_points = 20000;
+};
+
+// Copies the surroundings of the newest keyframe. nullptr for an empty map.
+std::shared_ptr<const LocalMapView> MakeLocalMapView(const Map& map, uint64_t version,
+                                                     const LocalMapViewLimits& limits);
+
+}  // namespace semmap

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <optional>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "slam/common/ids.h"
+#include "slam/features/frame_features.h"
+#include "slam/map/keyframe.h"
+#include "slam/map/map_delta.h"
+#include "slam/map/map_point.h"
+
+namespace semmap {
+
+struct CovisibleKeyFrame {
+  KeyFrameId id;
+  int shared_points = 0;
+};
+
+// Keyframes, points and what sees what. Every change goes through a method, which keeps both directions of an
+// observation and the covisibility counts consistent and notes what a delta must carry. Not thread-safe: it
+// belongs to the session's mapper; others see it through LocalMapView and MapDelta. Iteration order depends
+// on the history only, so results are reproducible. References stay valid until the thing itself is removed.
+class Map {
+ public:
+  explicit Map(ScalePyramidInfo scale_info) : scale_info_(std::move(scale_info)) {}
+
+  // --- reading
+  const KeyFrame* FindKeyFrame(KeyFrameId id) const;
+  const MapPoint* FindPoint(MapPointId id) const;
+  const std::unordered_map<KeyFrameId, KeyFrame, IdHash>& keyframes() const { return keyframes_; }
+  const std::unordered_map<MapPointId, MapPoint, IdHash>& points() const { return points_; }
+  const ScalePyramidInfo& scale_info() const { return scale_info_; }
+  // Keyframes ever added; the clock of point probation.
+  uint64_t keyframe_counter() const { return keyframe_counter_; }
+  KeyFrameId newest_keyframe() const { return newest_keyframe_; }
+  // Neighbours by falling number of shared points (ties: newer first), at least `min_shared`, at most
+  // `limit`.
+  std::vector<CovisibleKeyFrame> BestCovisible(KeyFrameId id, size_t limit, int min_shared = 1) const;
+  // Points of the keyframe that at least `min_observations` keyframes see.
+  int CountPoints(KeyFrameId id, int min_observations) const;
+
+  // --- changing
+  // keyframe.points must be as long as its features and empty of observations.
+  void AddKeyFrame(KeyFrame keyframe);
+  MapPointId AddPoint(const Eigen::Vector3d& position_in_map, KeyFrameId reference);
+  // False (and nothing changes) when either is gone, the keypoint sees another point, or the keyframe sees it
+  // already.
+  bool AddObservation(MapPointId point, KeyFrameId keyframe, uint32_t keypoint);
+  // Removes the point as well when fewer than two observations remain.
+  void RemoveObservation(MapPointId point, KeyFrameId keyframe);
+  void RemovePoint(MapPointId point);
+  // `dropped`'s observations become `kept`'s where that keyframe has none yet; dropped is removed.
+  void MergePoints(MapPointId kept, MapPointId dropped);
+  // The parent of the keyframe inherits its frames and children. The first keyframe cannot be removed.
+  void RemoveKeyFrame(KeyFrameId id);
+  void SetPose(KeyFrameId id, const SE3& camera_from_map);
+  void SetPosition(MapPointId id, const Eigen::Vector3d& position_in_map);
+  void AddSightings(MapPointId id, uint32_t visible, uint32_t found);
+  // Chooses the parent of a keyframe: the older neighbour that shares most points.
+  void ChooseParent(KeyFrameId id);
+  // Representative descriptor (smallest median distance to the others), mean viewing direction and distance
+  // bounds.
+  void UpdateAppearance(MapPointId id);
+  void Clear();
+
+  // What changed since the last call, ready for the sink; `frames` and `version` are the caller's to fill.
+  MapDelta TakeDelta();
+  // Where the frames of a removed keyframe went; nullopt when `id` was never removed.
+  std::optional<RemovedKeyFrame> FindHeir(KeyFrameId id) const;
+
+ private:
+  KeyFrame& keyframe(KeyFrameId id) { return keyframes_.at(id); }
+  void CountShared(const MapPoint& point, KeyFrameId observer, int change);
+  void DetachFromTree(const KeyFrame& removed);
+  MapPointRecord ToRecord(const MapPoint& point) const;
+  void UpdateGeometry(MapPoint& point) const;
+  void UpdateDescriptor(MapPoint& point) const;
+
+  template <typename Id>
+  using IdSet = std::unordered_set<Id, IdHash>;
+
+  ScalePyramidInfo scale_info_;
+  std::unordered_map<KeyFrameId, KeyFrame, IdHash> keyframes_;
+  std::unordered_map<MapPointId, MapPoint, IdHash> points_;
+  uint64_t next_point_id_ = 1;
+  uint64_t keyframe_counter_ = 0;
+  KeyFrameId newest_keyframe_;
+  KeyFrameId first_keyframe_;
+  // Heirs of the keyframes removed last; enough to resolve every frame still in flight.
+  std::unordered_map<KeyFrameId, RemovedKeyFrame, IdHash> heirs_;
+
+  bool was_reset_ = false;
+  IdSet<KeyFrameId> added_keyframes_;
+  IdSet<KeyFrameId> moved_keyframes_;
+  IdSet<KeyFrameId> reobserved_keyframes_;
+  IdSet<MapPointId> changed_points_;
+  // Points the sink has heard of, among those removed since.
+  std::vector<MapPointId> removed_points_;
+  std::vector<RemovedKeyFrame> removed_keyframes_;
+  IdSet<MapPointId> new_points_;
+};
+
+}  // namespace semmap

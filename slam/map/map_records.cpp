@@ -1,0 +1,87 @@
+// The part of Map that turns its notes of what changed into a MapDelta.
+#include <algorithm>
+
+#include "slam/map/map.h"
+
+namespace semmap {
+namespace {
+
+template <typename Set>
+auto Sorted(const Set& ids) {
+  std::vector<typename Set::value_type> sorted(ids.begin(), ids.end());
+  std::sort(sorted.begin(), sorted.end());
+  return sorted;
+}
+
+void CountVotes(const std::vector<uint8_t>& classes, MapPointRecord* record) {
+  for (const uint8_t semantic_class : classes) {
+    const auto vote = std::find_if(record->votes.begin(), record->votes.end(),
+                                   [&](const ClassVote& v) { return v.semantic_class == semantic_class; });
+    if (vote == record->votes.end()) {
+      record->votes.push_back({semantic_class, 1});
+    } else {
+      ++vote->count;
+    }
+  }
+  if (record->votes.empty()) return;
+  const auto winner =
+      std::max_element(record->votes.begin(), record->votes.end(),
+                       [](const ClassVote& a, const ClassVote& b) { return a.count < b.count; });
+  record->semantic_class = winner->semantic_class;
+  record->class_confidence = static_cast<float>(winner->count) / static_cast<float>(classes.size());
+}
+
+}  // namespace
+
+MapPointRecord Map::ToRecord(const MapPoint& point) const {
+  MapPointRecord record;
+  record.id = point.id;
+  record.position_in_map = point.position_in_map;
+  record.normal = point.normal;
+  record.min_distance = point.min_distance;
+  record.max_distance = point.max_distance;
+  record.descriptor = point.descriptor;
+  record.reference_keyframe = point.reference_keyframe;
+  record.observation_count = static_cast<uint32_t>(point.observations.size());
+  std::vector<uint8_t> classes;
+  for (const Observation& observation : point.observations) {
+    const KeyFrame& keyframe = keyframes_.at(observation.keyframe);
+    const bool first = &observation == &point.observations.front();
+    record.first_seen = first ? keyframe.timestamp : std::min(record.first_seen, keyframe.timestamp);
+    record.last_seen = first ? keyframe.timestamp : std::max(record.last_seen, keyframe.timestamp);
+    const uint8_t semantic_class = keyframe.features->keypoints[observation.keypoint].semantic_class;
+    if (semantic_class != 255) classes.push_back(semantic_class);
+  }
+  CountVotes(classes, &record);
+  return record;
+}
+
+MapDelta Map::TakeDelta() {
+  MapDelta delta;
+  delta.reset = std::exchange(was_reset_, false);
+  for (const KeyFrameId id : Sorted(added_keyframes_)) {
+    const KeyFrame& added = keyframes_.at(id);
+    delta.added_keyframes.push_back(
+        {id, added.sequence, added.timestamp, added.camera_from_map.Inverse(), added.parent, added.features});
+    moved_keyframes_.erase(id);
+  }
+  for (const KeyFrameId id : Sorted(moved_keyframes_)) {
+    const KeyFrame& moved = keyframes_.at(id);
+    delta.moved_keyframes.push_back({id, moved.camera_from_map.Inverse(), moved.parent});
+  }
+  for (const MapPointId id : Sorted(changed_points_))
+    delta.upserted_points.push_back(ToRecord(points_.at(id)));
+  for (const KeyFrameId id : Sorted(reobserved_keyframes_)) {
+    delta.observations.push_back({id, keyframes_.at(id).points});
+  }
+  std::swap(delta.removed_keyframes, removed_keyframes_);
+  std::swap(delta.removed_points, removed_points_);
+  added_keyframes_.clear();
+  moved_keyframes_.clear();
+  reobserved_keyframes_.clear();
+  changed_points_.clear();
+  new_points_.clear();
+  return delta;
+}
+
+}  // namespace semmap

@@ -1,0 +1,51 @@
+#include "slam/pipeline/slam_config.h"
+
+#include "slam/common/config_reader.h"
+#include "slam/common/status_macros.h"
+
+namespace semmap {
+
+void TrackingConfig::Read(ConfigReader& reader) {
+  reader.Number("min_inliers", &min_inliers, 6, 1000);
+  reader.Number("min_inliers_map", &min_inliers_map, 6, 1000);
+  reader.Number("close_depth_in_baselines", &close_depth_in_baselines, 1.0, 1000.0);
+  reader.Number("max_keyframe_interval_s", &max_keyframe_interval_s, 0.0, 60.0);
+  reader.Number("min_keyframe_interval_s", &min_keyframe_interval_s, 0.0, 60.0);
+  reader.Number("keyframe_ratio", &keyframe_ratio, 0.1, 1.0);
+  reader.Number("keyframe_ratio_depth", &keyframe_ratio_depth, 0.1, 1.0);
+  if (min_keyframe_interval_s > max_keyframe_interval_s) {
+    reader.Complain("min_keyframe_interval_s", "is greater than max_keyframe_interval_s");
+  }
+}
+
+void MappingConfig::Read(ConfigReader& reader) {
+  reader.Number("max_local_keyframes", &max_local_keyframes, 2, 200);
+  reader.Number("max_fixed_keyframes", &max_fixed_keyframes, 2, 400);
+  reader.Number("neighbours_to_triangulate", &neighbours_to_triangulate, 1, 100);
+  reader.Number("neighbours_to_triangulate_depth", &neighbours_to_triangulate_depth, 1, 100);
+  reader.Number("cull_redundancy", &cull_redundancy, 0.5, 1.0);
+  reader.Number("queue", &queue, 1, 100);
+  reader.Number("bundle_iterations", &bundle_iterations, 1, 100);
+  reader.Number("bundle_iterations_refined", &bundle_iterations_refined, 0, 100);
+}
+
+void SlamConfig::Read(ConfigReader& reader) {
+  reader.Section("orb", &orb);
+  reader.Section("stereo", &stereo);
+  reader.Section("tracking", &tracking);
+  reader.Section("mapping", &mapping);
+  reader.Flag("deterministic", &deterministic);
+  reader.Number("seed", &seed, 0, INT64_C(4294967295));
+}
+
+absl::StatusOr<SlamConfig> SlamConfig::FromFile(const std::string& path) {
+  SEMMAP_ASSIGN_OR_RETURN(ConfigReader reader, ConfigReader::FromFile(path));
+  SlamConfig config;
+  reader.Section("slam", &config);
+  reader.Ignore("server");
+  reader.Ignore("storage");
+  SEMMAP_RETURN_IF_ERROR(reader.Finish());
+  return config;
+}
+
+}  // namespace semmap

@@ -1,0 +1,252 @@
+#include "slam/pipeline/tracker.h"
+
+#include <algorithm>
+
+#include "slam/pipeline/keyframe_policy.h"
+#include "slam/pipeline/stopwatch.h"
+
+namespace semmap {
+namespace {
+
+// A map this young is thrown away when the track is lost: starting over costs less than a bad start.
+constexpr int kDisposableKeyFrames = 5;
+constexpr int kMinInitialDepthPoints = 100;
+// Established: seen by three keyframes, or by all while there are fewer.
+constexpr uint32_t kEstablishedViews = 3;
+
+KeyFrameCandidate ToCandidate(KeyFrameId id, const TrackedFrame& frame) {
+  KeyFrameCandidate candidate;
+  candidate.id = id;
+  candidate.sequence = frame.sequence;
+  candidate.timestamp = frame.timestamp;
+  candidate.features = frame.features;
+  candidate.grid = frame.grid;
+  candidate.camera_from_reference = frame.camera_from_map;
+  candidate.points.assign(frame.features->size(), MapPointId());
+  return candidate;
+}
+
+}  // namespace
+
+Tracker::Tracker(const SlamConfig& config, const CameraRig& rig)
+    : config_(config),
+      builder_(config, rig),
+      monocular_initializer_(builder_.rig().camera, static_cast<uint32_t>(config.seed)) {
+  search_.model = builder_.model();
+  search_.bounds = builder_.bounds();
+  search_.scale_info = &builder_.scale_info();
+}
+
+TrackOutput Tracker::Track(const FrameInput& input, const MapperState& mapper) {
+  Stopwatch total;
+  times_ = StageTimes();
+  TrackOutput output;
+  output.result.sequence = input.sequence;
+  output.result.timestamp = input.timestamp;
+  TrackedFrame frame = builder_.Build(input, &times_);
+  AdoptView(mapper.view);
+  if (view_ == nullptr) {
+    Initialize(std::move(frame), &output);
+  } else {
+    TrackInMap(std::move(frame), mapper, &output);
+  }
+  output.result.state = state_;
+  output.result.map_version = view_ ? view_->version : 0;
+  times_.total_ms = total.LapMs();
+  output.result.times = times_;
+  return output;
+}
+
+// --- the map as the tracker sees it
+
+void Tracker::AdoptView(std::shared_ptr<const LocalMapView> view) {
+  if (view == view_) return;
+  if (view_) ReportSightings(*view_);
+  view_ = std::move(view);
+  if (!view_) {
+    last_.reset();
+    return;
+  }
+  counters_.visible.assign(view_->size(), 0);
+  counters_.found.assign(view_->size(), 0);
+  RefreshLastPose();
+}
+
+void Tracker::ReportSightings(const LocalMapView& old_view) {
+  for (size_t i = 0; i < counters_.visible.size(); ++i) {
+    if (counters_.visible[i] > 0)
+      sightings_.push_back({old_view.ids[i], counters_.visible[i], counters_.found[i]});
+  }
+}
+
+void Tracker::RefreshLastPose() {
+  if (!last_) return;
+  if (const ViewKeyFrame* own = view_->FindKeyFrame(last_keyframe_); own != nullptr) {
+    last_->camera_from_map = own->camera_from_map;
+  } else if (const ViewKeyFrame* reference = view_->FindKeyFrame(last_reference_); reference != nullptr) {
+    last_->camera_from_map = last_camera_from_reference_ * reference->camera_from_map;
+  }
+}
+
+// --- no map yet
+
+void Tracker::Initialize(TrackedFrame frame, TrackOutput* output) {
+  state_ = TrackingState::kInitializing;
+  velocity_.reset();
+  if (builder_.rig().sensor == SensorType::kMono) {
+    InitializeMonocular(std::move(frame), output);
+  } else {
+    InitializeWithDepth(std::move(frame), output);
+  }
+}
+
+void Tracker::InitializeWithDepth(TrackedFrame frame, TrackOutput* output) {
+  const auto with_depth = std::count_if(frame.features->keypoints.begin(), frame.features->keypoints.end(),
+                                        [](const Keypoint& k) { return k.HasDepth(); });
+  if (with_depth < kMinInitialDepthPoints) return;
+  const KeyFrameId id(next_keyframe_id_++);
+  output->keyframe = ToCandidate(id, frame);
+  output->result.map_from_camera = SE3();
+  output->result.inliers = static_cast<int>(with_depth);
+  output->result.is_keyframe = true;
+  output->frame_pose = FramePose{frame.sequence, frame.timestamp, id, SE3()};
+  state_ = TrackingState::kTracking;
+  last_keyframe_ = id;
+  last_keyframe_time_ = frame.timestamp;
+  last_reference_ = KeyFrameId();
+  last_points_.assign(frame.features->size(), MapPointId());
+  last_ = std::move(frame);
+}
+
+void Tracker::InitializeMonocular(TrackedFrame frame, TrackOutput* output) {
+  auto reconstruction = monocular_initializer_.Add(frame);
+  if (!reconstruction) return;
+  monocular_initializer_.Reset();
+  InitialPair pair;
+  const KeyFrameId first_id(next_keyframe_id_++);
+  const KeyFrameId second_id(next_keyframe_id_++);
+  pair.first = ToCandidate(first_id, reconstruction->first);
+  pair.first.camera_from_reference = SE3();
+  frame.camera_from_map = reconstruction->second_from_first;
+  pair.second = ToCandidate(second_id, frame);
+  for (const auto& point : reconstruction->points) {
+    pair.points.push_back({point.position_in_first, static_cast<uint32_t>(point.keypoint_in_first),
+                           static_cast<uint32_t>(point.keypoint_in_second)});
+  }
+  output->result.map_from_camera = frame.camera_from_map.Inverse();
+  output->result.inliers = static_cast<int>(pair.points.size());
+  output->result.is_keyframe = true;
+  output->frame_pose = FramePose{frame.sequence, frame.timestamp, second_id, SE3()};
+  output->initial_pair = std::move(pair);
+  state_ = TrackingState::kTracking;
+  last_keyframe_ = second_id;
+  last_keyframe_time_ = frame.timestamp;
+  last_reference_ = first_id;
+  last_camera_from_reference_ = frame.camera_from_map;
+  last_points_.assign(frame.features->size(), MapPointId());
+  last_ = std::move(frame);
+}
+
+// --- tracking
+
+void Tracker::TrackInMap(TrackedFrame frame, const MapperState& mapper, TrackOutput* output) {
+  const bool was_lost = state_ == TrackingState::kLost;
+  matches_.assign(frame.features->size(), -1);
+  depth_matches_.assign(frame.features->size(), std::nullopt);
+  const bool found = FindInitialPose(&frame);
+  if (!found || !TrackLocalMap(&frame, &output->result)) {
+    HandleLoss(frame, mapper, output);
+    return;
+  }
+  state_ = TrackingState::kTracking;
+  CountSightings();
+  // After a loss the first good frame says nothing about velocity.
+  velocity_.reset();
+  if (last_ && !was_lost) velocity_ = frame.camera_from_map * last_->camera_from_map.Inverse();
+  const ViewKeyFrame& reference = view_->reference();
+  output->result.map_from_camera = frame.camera_from_map.Inverse();
+  FramePose pose{frame.sequence, frame.timestamp, reference.id,
+                 reference.camera_from_map * frame.camera_from_map.Inverse()};
+  last_keyframe_ = KeyFrameId();
+  if (IsKeyFrameNeeded(config_.tracking, GatherEvidence(frame, mapper, output->result.inliers))) {
+    output->keyframe = MakeCandidate(frame);
+    output->result.is_keyframe = true;
+    last_keyframe_ = output->keyframe->id;
+    last_keyframe_time_ = frame.timestamp;
+    pose.reference_keyframe = last_keyframe_;
+    pose.keyframe_from_camera = SE3();
+  }
+  output->frame_pose = pose;
+  Remember(std::move(frame));
+}
+
+void Tracker::HandleLoss(const TrackedFrame& frame, const MapperState& mapper, TrackOutput* output) {
+  state_ = TrackingState::kLost;
+  velocity_.reset();
+  output->result.inliers = 0;
+  if (view_->map_keyframes > kDisposableKeyFrames || !mapper.idle) return;
+  output->reset_map = true;
+  state_ = TrackingState::kInitializing;
+  view_.reset();
+  last_.reset();
+  sightings_.clear();
+  monocular_initializer_.Reset();
+  if (builder_.rig().sensor == SensorType::kMono) monocular_initializer_.Add(frame);
+}
+
+void Tracker::Remember(TrackedFrame frame) {
+  last_points_.assign(frame.features->size(), MapPointId());
+  for (size_t i = 0; i < matches_.size(); ++i) {
+    if (matches_[i] >= 0) last_points_[i] = view_->ids[matches_[i]];
+  }
+  last_reference_ = view_->reference().id;
+  last_camera_from_reference_ = frame.camera_from_map * view_->reference().camera_from_map.Inverse();
+  last_ = std::move(frame);
+}
+
+void Tracker::CountSightings() {
+  for (const int32_t match : matches_) {
+    if (match >= 0) ++counters_.found[match];
+  }
+}
+
+// --- keyframes
+
+KeyFrameEvidence Tracker::GatherEvidence(const TrackedFrame& frame, const MapperState& mapper,
+                                         int inliers) const {
+  KeyFrameEvidence evidence;
+  evidence.sensor = builder_.rig().sensor;
+  evidence.inliers = inliers;
+  evidence.map_keyframes = view_->map_keyframes;
+  evidence.seconds_since_keyframe = ToSeconds(frame.timestamp - last_keyframe_time_);
+  evidence.mapper_idle = mapper.idle;
+  evidence.mapper_accepts = mapper.accepts_keyframe;
+  const uint32_t established = std::min(kEstablishedViews, static_cast<uint32_t>(view_->map_keyframes));
+  for (const int32_t point : view_->reference().point_of_keypoint) {
+    if (point >= 0 && view_->observation_counts[point] >= established) ++evidence.reference_points;
+  }
+  const double close = config_.tracking.close_depth_in_baselines * builder_.rig().baseline_m;
+  for (size_t i = 0; i < matches_.size(); ++i) {
+    const Keypoint& keypoint = frame.features->keypoints[i];
+    if (!keypoint.HasDepth() || keypoint.depth > close) continue;
+    ++(matches_[i] >= 0 ? evidence.close_tracked : evidence.close_untracked);
+  }
+  return evidence;
+}
+
+KeyFrameCandidate Tracker::MakeCandidate(const TrackedFrame& frame) {
+  KeyFrameCandidate candidate = ToCandidate(KeyFrameId(next_keyframe_id_++), frame);
+  const ViewKeyFrame& reference = view_->reference();
+  candidate.reference = reference.id;
+  candidate.camera_from_reference = frame.camera_from_map * reference.camera_from_map.Inverse();
+  for (size_t i = 0; i < matches_.size(); ++i) {
+    if (matches_[i] >= 0) candidate.points[i] = view_->ids[matches_[i]];
+  }
+  ReportSightings(*view_);
+  std::fill(counters_.visible.begin(), counters_.visible.end(), 0);
+  std::fill(counters_.found.begin(), counters_.found.end(), 0);
+  candidate.sightings = std::exchange(sightings_, {});
+  return candidate;
+}
+
+}  // namespace semmap

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "slam/map/local_map_view.h"
+#include "slam/map/map_delta.h"
+#include "slam/optimize/pose_optimizer.h"
+#include "slam/pipeline/frame_builder.h"
+#include "slam/pipeline/keyframe_candidate.h"
+#include "slam/pipeline/keyframe_policy.h"
+#include "slam/pipeline/local_map_matcher.h"
+#include "slam/pipeline/monocular_initializer.h"
+
+namespace semmap {
+
+// What the mapper side lets the tracker know, taken once for each frame.
+struct MapperState {
+  // Null before there is a map.
+  std::shared_ptr<const LocalMapView> view;
+  bool idle = true;
+  bool accepts_keyframe = true;
+};
+
+struct TrackOutput {
+  FrameResult result;
+  // Of a tracked frame.
+  std::optional<FramePose> frame_pose;
+  // At most one of these three.
+  std::optional<KeyFrameCandidate> keyframe;
+  std::optional<InitialPair> initial_pair;  // monocular: the map begins
+  bool reset_map = false;                   // lost before the map was worth keeping
+};
+
+// Finds the camera of each frame in the local map and decides which frames to keep. Reads the map through
+// views only and never waits. Not thread-safe; one for each session.
+class Tracker {
+ public:
+  Tracker(const SlamConfig& config, const CameraRig& rig);
+
+  absl::Status Check(const FrameInput& input) const { return builder_.Check(input); }
+  // Needs a checked input.
+  TrackOutput Track(const FrameInput& input, const MapperState& mapper);
+
+  const FrameBuilder& builder() const { return builder_; }
+
+ private:
+  // A point that the last frame saw: of the view, or (view_index -1) measured by depth alone.
+  struct Anchor {
+    int keypoint = -1;
+    int32_t view_index = -1;
+    Eigen::Vector3d position_in_map;
+  };
+
+  void AdoptView(std::shared_ptr<const LocalMapView> view);
+  void ReportSightings(const LocalMapView& old_view);
+  void RefreshLastPose();
+
+  void Initialize(TrackedFrame frame, TrackOutput* output);
+  void InitializeWithDepth(TrackedFrame frame, TrackOutput* output);
+  void InitializeMonocular(TrackedFrame frame, TrackOutput* output);
+
+  void TrackInMap(TrackedFrame frame, const MapperState& mapper, TrackOutput* output);
+  bool FindInitialPose(TrackedFrame* frame);
+  bool TrackFromLastFrame(TrackedFrame* frame);
+  bool TrackFromKeyFrame(const ViewKeyFrame& keyframe, TrackedFrame* frame);
+  bool Relocalize(TrackedFrame* frame);
+  bool TrackLocalMap(TrackedFrame* frame, FrameResult* result);
+  std::vector<Anchor> LastFrameAnchors() const;
+  int MatchAnchors(const std::vector<Anchor>& anchors, const SE3& predicted_camera_from_map, float radius,
+                   const TrackedFrame& frame);
+  std::vector<KeypointPair> MatchByDescriptor(const ViewKeyFrame& keyframe, const TrackedFrame& frame) const;
+  // Optimizes the pose over matches_ and depth_matches_ and drops the outliers among them; returns the
+  // inliers.
+  int OptimizeFrame(TrackedFrame* frame, Matrix6d* covariance);
+  void GatherObservations(const TrackedFrame& frame);
+
+  void HandleLoss(const TrackedFrame& frame, const MapperState& mapper, TrackOutput* output);
+  void Remember(TrackedFrame frame);
+  KeyFrameEvidence GatherEvidence(const TrackedFrame& frame, const MapperState& mapper, int inliers) const;
+  KeyFrameCandidate MakeCandidate(const TrackedFrame& frame);
+  void CountSightings();
+
+  SlamConfig config_;
+  FrameBuilder builder_;
+  MonocularInitializer monocular_initializer_;
+  ProjectionSearch search_;
+
+  TrackingState state_ = TrackingState::kInitializing;
+  std::shared_ptr<const LocalMapView> view_;
+  SightingCounters counters_;
+  std::vector<PointSightings> sightings_;
+
+  // The last tracked frame, the points its keypoints saw, and its pose relative to keyframes, by which it
+  // moves along when the mapper adjusts the map: first choice its own keyframe, if it became one.
+  std::optional<TrackedFrame> last_;
+  std::vector<MapPointId> last_points_;
+  KeyFrameId last_reference_;
+  SE3 last_camera_from_reference_;
+  KeyFrameId last_keyframe_;
+  std::optional<SE3> velocity_;  // camera_from_last_camera of the last two frames
+  TimestampNs last_keyframe_time_ = 0;
+  uint64_t next_keyframe_id_ = 1;
+  bool relocalizing_ = false;
+
+  // Matches of the current frame: points of the view, and anchors without one.
+  ViewMatches matches_;
+  std::vector<std::optional<Eigen::Vector3d>> depth_matches_;
+  std::vector<PoseObservation> observations_;
+  std::vector<int> observed_keypoints_;
+  std::vector<char> outliers_;
+  StageTimes times_;
+};
+
+}  // namespace semmap
