@@ -10,17 +10,18 @@
 namespace semmap {
 
 struct StereoConfig {
-  int max_descriptor_distance = 75;  // bits, accepted before refinement
+  int max_descriptor_distance = 75;     // bits, accepted before refinement
   double max_depth_in_baselines = 800;  // points further than this many baselines get no depth
 
   void Read(ConfigReader& reader);
 };
 
 // Fills right_x and depth of the keypoints of a rectified left image: candidates on the same row band by
-// descriptor, then sub-pixel disparity from patch correlation with a parabola through the minimum, then outliers by
-// correlation score are dropped (Mur-Artal and Tardos, ORB-SLAM2, IEEE TRO 2017, section III-A).
+// descriptor, then sub-pixel disparity from patch correlation with a parabola through the minimum, then
+// outliers by correlation score are dropped (Mur-Artal and Tardos, ORB-SLAM2, IEEE TRO 2017, section III-A).
 // `left` and `right` are the extractors that hold the pyramids of the two images just extracted.
-// focal_px * baseline_m / disparity = depth. Not thread-safe (keeps buffers).
+// focal_px * baseline_m / disparity = depth. Keypoints without a match lose what depth they had.
+// Deterministic. Not thread-safe (keeps buffers).
 class StereoMatcher {
  public:
   StereoMatcher(const StereoConfig& config, double focal_px, double baseline_m);
@@ -29,15 +30,34 @@ class StereoMatcher {
              FrameFeatures* left_features);
 
  private:
+  // A left keypoint with its disparity at full resolution, and how badly the patches agree.
+  struct Refined {
+    int index = 0;
+    int score = 0;
+    float disparity = 0;
+  };
+
+  void BucketRight(const OrbExtractor& right, const FrameFeatures& right_features);
+  int BestCandidate(const Keypoint& keypoint, const Descriptor& descriptor, const ScalePyramidInfo& scales,
+                    const FrameFeatures& right_features) const;
+  void AcceptRefined(FrameFeatures* left_features);
+
   StereoConfig config_;
   double focal_px_;
   double baseline_m_;
-  std::vector<std::vector<int>> right_rows_;
-  std::vector<std::pair<int, int>> scores_;
+  int rows_ = 0;
+  // Indices of the right keypoints by octave, then image row, then order of extraction; row_begin_ has a slot
+  // for each row of each octave and one more.
+  std::vector<int> row_begin_;
+  std::vector<int> by_row_;
+  std::vector<Refined> refined_;
+  std::vector<int> scores_;
 };
 
-// Fills right_x and depth from a registered depth image (CV_16UC1 in `units_per_metre`, or CV_32FC1 in metres). Raw
-// (distorted) pixel coordinates `raw_x/raw_y` index the depth image. 0, 65535 and non-finite mean no depth.
+// Fills right_x and depth from a registered depth image (CV_16UC1 in `units_per_metre`, or CV_32FC1 in
+// metres). raw_pixels[i], the raw (distorted) coordinates of keypoint i, index the depth image, to the
+// nearest pixel. 0, 65535 (16 bit), negative and non-finite mean no depth, as does a place outside the image;
+// an image of another type gives none at all.
 void AttachDepth(const cv::Mat& depth, double units_per_metre, double focal_times_baseline,
                  const std::vector<cv::Point2f>& raw_pixels, FrameFeatures* features);
 
