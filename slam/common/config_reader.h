@@ -7,19 +7,22 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
-#include "yaml-cpp/node/node.h"
+#include "yaml-cpp/yaml.h"
 
 namespace semmap {
 
-// Reads one YAML mapping into a struct and remembers every complaint with file and line: wrong types, values out of
-// bounds and (at Finish) keys nobody asked for. A struct declares its fields once, beside its defaults:
+// Reads one YAML mapping into a struct and remembers every complaint with file and line: wrong types, values
+// out of bounds and (at Finish) keys nobody asked for. A struct declares its fields once, beside its
+// defaults:
 //
 //   void OrbConfig::Read(ConfigReader& reader) { reader.Number("levels", &levels, 1, 12); }
 //
-// A key that is absent leaves the default. A reader without complaints yields OK from Finish(). Not thread-safe.
+// A key that is absent leaves the default. A reader without complaints yields OK from Finish(). Not
+// thread-safe.
 class ConfigReader {
  public:
-  // Root of a file; NOT_FOUND when it cannot be read, INVALID_ARGUMENT with the line when it is no YAML mapping.
+  // Root of a file; NOT_FOUND when it cannot be read, INVALID_ARGUMENT with the line when it is no YAML
+  // mapping.
   static absl::StatusOr<ConfigReader> FromFile(const std::string& path);
   // For tests and defaults; `name` stands for the file in messages.
   static absl::StatusOr<ConfigReader> FromText(const std::string& text, const std::string& name);

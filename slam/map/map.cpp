@@ -255,6 +255,13 @@ void Map::UpdateAppearance(MapPointId id) {
   changed_points_.insert(id);
 }
 
+void Map::UpdateViewing(MapPointId id) {
+  const auto found = points_.find(id);
+  if (found == points_.end() || found->second.observations.empty()) return;
+  UpdateGeometry(found->second);
+  changed_points_.insert(id);
+}
+
 void Map::Clear() {
   keyframes_.clear();
   points_.clear();

@@ -63,6 +63,8 @@ class Map {
   // Representative descriptor (smallest median distance to the others), mean viewing direction and distance
   // bounds.
   void UpdateAppearance(MapPointId id);
+  // The last two only: enough after the point or its observers moved.
+  void UpdateViewing(MapPointId id);
   void Clear();
 
   // What changed since the last call, ready for the sink; `frames` and `version` are the caller's to fill.

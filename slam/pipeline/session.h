@@ -35,6 +35,10 @@ class Session {
   virtual ~Session() = default;
 
   virtual absl::StatusOr<FrameResult> Track(const FrameInput& frame) = 0;
+  // Returns once at most `backlog` keyframes wait for the mapper or are being mapped. Who feeds recorded
+  // frames faster than they were taken calls it before each Track, so that the map keeps up; who feeds live
+  // frames does not.
+  virtual void WaitForMapper(int backlog) = 0;
   // Waits for the mapper and delivers what is left to the sink. Idempotent; Track must not be called
   // afterwards.
   virtual void Finish() = 0;

@@ -1,0 +1,73 @@
+#include "slam/pipeline/culling.h"
+
+namespace semmap {
+namespace {
+
+constexpr uint64_t kProbationKeyFrames = 2;
+constexpr double kMinFoundShare = 0.25;
+constexpr int kEnoughObservers = 3;
+
+enum class Verdict { kKeep, kPassed, kRemove };
+
+Verdict Judge(const MapPoint& point, const Map& map, size_t needed_observations) {
+  if (point.found < kMinFoundShare * point.visible) return Verdict::kRemove;
+  const uint64_t age = map.keyframe_counter() - point.born_at_keyframe;
+  if (age >= kProbationKeyFrames && point.observations.size() < needed_observations) return Verdict::kRemove;
+  return age > kProbationKeyFrames ? Verdict::kPassed : Verdict::kKeep;
+}
+
+bool IsRedundant(const MapPoint& point, KeyFrameId self, int octave, const Map& map) {
+  int observers = 0;
+  for (const Observation& observation : point.observations) {
+    if (observation.keyframe == self) continue;
+    const KeyFrame& other = *map.FindKeyFrame(observation.keyframe);
+    if (other.features->keypoints[observation.keypoint].octave <= octave + 1 &&
+        ++observers >= kEnoughObservers)
+      return true;
+  }
+  return false;
+}
+
+bool IsKeyFrameRedundant(const KeyFrame& keyframe, double share, double close_depth_m, const Map& map) {
+  int points = 0;
+  int redundant = 0;
+  for (size_t i = 0; i < keyframe.points.size(); ++i) {
+    if (!keyframe.points[i].IsValid()) continue;
+    const Keypoint& keypoint = keyframe.features->keypoints[i];
+    if (close_depth_m > 0 && (!keypoint.HasDepth() || keypoint.depth > close_depth_m)) continue;
+    ++points;
+    const MapPoint& point = *map.FindPoint(keyframe.points[i]);
+    if (point.observations.size() > kEnoughObservers && IsRedundant(point, keyframe.id, keypoint.octave, map))
+      ++redundant;
+  }
+  return redundant > share * points;
+}
+
+}  // namespace
+
+void CullYoungPoints(bool has_depth, std::vector<MapPointId>* young, Map* map) {
+  const size_t needed = has_depth ? 2 : 3;
+  std::erase_if(*young, [&](MapPointId id) {
+    const MapPoint* point = map->FindPoint(id);
+    if (point == nullptr) return true;
+    const Verdict verdict = Judge(*point, *map, needed);
+    if (verdict == Verdict::kRemove) map->RemovePoint(id);
+    return verdict != Verdict::kKeep;
+  });
+}
+
+int CullKeyFrames(const MappingConfig& config, double close_depth_m, KeyFrameId keyframe, Map* map) {
+  constexpr size_t kMaxChecked = 60;
+  int removed = 0;
+  for (const CovisibleKeyFrame& neighbour : map->BestCovisible(keyframe, kMaxChecked)) {
+    const KeyFrame* candidate = map->FindKeyFrame(neighbour.id);
+    // The first keyframe carries the map's frame; the newest ones are what the tracker stands on.
+    if (!candidate->parent.IsValid() || neighbour.id == map->newest_keyframe()) continue;
+    if (!IsKeyFrameRedundant(*candidate, config.cull_redundancy, close_depth_m, *map)) continue;
+    map->RemoveKeyFrame(neighbour.id);
+    ++removed;
+  }
+  return removed;
+}
+
+}  // namespace semmap

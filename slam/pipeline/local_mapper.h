@@ -1,0 +1,51 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "slam/map/local_map_view.h"
+#include "slam/map/map.h"
+#include "slam/pipeline/keyframe_candidate.h"
+#include "slam/pipeline/point_creation.h"
+#include "slam/pipeline/slam_config.h"
+
+namespace semmap {
+
+// Takes the tracker's keyframes into the map and tends the surroundings of each: new points, fusion, culling,
+// local bundle adjustment. Owns the map. Not thread-safe: its queue calls it from one thread at a time.
+class LocalMapper {
+ public:
+  // Called whenever the tracker should see the map's new state.
+  using Publish = std::function<void(std::shared_ptr<const LocalMapView>)>;
+
+  LocalMapper(const SlamConfig& config, MappingCamera camera, ScalePyramidInfo scale_info, Publish publish);
+
+  // `stop` becomes true when the next keyframe waits: what can be left out then is.
+  void AddKeyFrame(const KeyFrameCandidate& candidate, const std::atomic<bool>* stop);
+  void AddInitialPair(const InitialPair& pair);
+  // Forgets the map.
+  void Reset();
+
+  const Map& map() const { return map_; }
+  // Changes since the last call.
+  MapDelta TakeDelta() { return map_.TakeDelta(); }
+
+ private:
+  void Insert(const KeyFrameCandidate& candidate);
+  void CreatePoints(KeyFrameId id);
+  void Fuse(KeyFrameId id);
+  void PublishView();
+  std::vector<KeyFrameId> Neighbours(KeyFrameId id, int limit) const;
+  double CloseDepth() const { return config_.tracking.close_depth_in_baselines * camera_.rig.baseline_m; }
+
+  SlamConfig config_;
+  MappingCamera camera_;
+  Map map_;
+  Publish publish_;
+  uint64_t version_ = 0;
+  std::vector<MapPointId> young_points_;
+};
+
+}  // namespace semmap
