@@ -8,7 +8,7 @@ namespace semmap {
 struct Corner {
   uint16_t x = 0;
   uint16_t y = 0;
-  // The largest threshold, less one, that still calls this a corner.
+  // Least difference to the centre on the best arc: a corner at every threshold below.
   uint8_t score = 0;
 
   friend bool operator==(const Corner&, const Corner&) = default;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace semmap {
 namespace {
@@ -12,20 +13,20 @@ bool Stronger(const Corner& a, const Corner& b) {
   return a.y != b.y ? a.y < b.y : a.x < b.x;
 }
 
+bool Weaker(const Corner& a, const Corner& b) { return a.score < b.score; }
+
 }  // namespace
 
 void CornerSpread::SortIntoCells(const std::vector<Corner>& corners, const Region& region, int wanted) {
-  const float width = static_cast<float>(region.max_x - region.min_x);
-  const float height = static_cast<float>(region.max_y - region.min_y);
-  const float inverse_side = std::sqrt(static_cast<float>(wanted) / (width * height));
-  const int columns = std::max(1, static_cast<int>(width * inverse_side));
-  const int rows = std::max(1, static_cast<int>(height * inverse_side));
-  const float columns_per_pixel = static_cast<float>(columns) / width;
-  const float rows_per_pixel = static_cast<float>(rows) / height;
+  const int width = region.max_x - region.min_x;
+  const int height = region.max_y - region.min_y;
+  const double side = std::sqrt(static_cast<double>(width) * height / wanted);
+  const int columns = std::max(1, static_cast<int>(width / side));
+  const int rows = std::max(1, static_cast<int>(height / side));
+  column_of_x_.resize(width);
+  for (int x = 0; x < width; ++x) column_of_x_[x] = static_cast<uint16_t>(x * columns / width);
   const auto cell_of = [&](const Corner& corner) {
-    const int column = static_cast<int>(static_cast<float>(corner.x - region.min_x) * columns_per_pixel);
-    const int row = static_cast<int>(static_cast<float>(corner.y - region.min_y) * rows_per_pixel);
-    return std::min(row, rows - 1) * columns + std::min(column, columns - 1);
+    return (corner.y - region.min_y) * rows / height * columns + column_of_x_[corner.x - region.min_x];
   };
 
   cell_begin_.assign(static_cast<size_t>(columns) * rows + 1, 0);
@@ -34,16 +35,26 @@ void CornerSpread::SortIntoCells(const std::vector<Corner>& corners, const Regio
   for (uint32_t& begin : cell_begin_) begin = (end += begin);
   by_cell_.resize(corners.size());
   for (const Corner& corner : corners) by_cell_[--cell_begin_[cell_of(corner)]] = corner;
+  cells_.clear();
+  for (size_t cell = 0; cell + 1 < cell_begin_.size(); ++cell) {
+    if (cell_begin_[cell] < cell_begin_[cell + 1])
+      cells_.push_back({cell_begin_[cell], cell_begin_[cell + 1], 0});
+  }
 }
 
-// Sorts a cell by strength; returns how many of its corners count.
-int CornerSpread::RankCell(int begin, int end, int strong_score) {
-  if (begin == end) return 0;
-  std::sort(by_cell_.begin() + begin, by_cell_.begin() + end, Stronger);
-  if (by_cell_[begin].score <= strong_score) return end - begin;
-  int count = 1;
-  while (begin + count < end && by_cell_[begin + count].score > strong_score) ++count;
-  return count;
+// Moves the best corner that is left in each cell to round_, and forgets cells that have no more.
+void CornerSpread::TakeRound(int strong_score) {
+  round_.clear();
+  size_t kept = 0;
+  for (Cell cell : cells_) {
+    const auto next = by_cell_.begin() + cell.next;
+    std::iter_swap(next, std::max_element(next, by_cell_.begin() + cell.end, Weaker));
+    if (next->score <= cell.above_score) continue;
+    round_.push_back(*next);
+    if (next->score > strong_score) cell.above_score = strong_score;
+    if (++cell.next < cell.end) cells_[kept++] = cell;
+  }
+  cells_.resize(kept);
 }
 
 void CornerSpread::Select(const std::vector<Corner>& corners, const Region& region, int wanted,
@@ -51,25 +62,15 @@ void CornerSpread::Select(const std::vector<Corner>& corners, const Region& regi
   selected->clear();
   if (wanted <= 0 || corners.empty()) return;
   SortIntoCells(corners, region, wanted);
-  const size_t cells = cell_begin_.size() - 1;
-  cell_count_.resize(cells);
-  for (size_t cell = 0; cell < cells; ++cell) {
-    cell_count_[cell] =
-        RankCell(static_cast<int>(cell_begin_[cell]), static_cast<int>(cell_begin_[cell + 1]), strong_score);
-  }
-  for (uint32_t rank = 0;; ++rank) {
-    last_round_.clear();
-    for (size_t cell = 0; cell < cells; ++cell) {
-      if (rank < cell_count_[cell]) last_round_.push_back(by_cell_[cell_begin_[cell] + rank]);
-    }
+  while (selected->size() < static_cast<size_t>(wanted)) {
+    TakeRound(strong_score);
+    if (round_.empty()) return;
     const size_t room = static_cast<size_t>(wanted) - selected->size();
-    if (last_round_.size() > room) {
-      std::nth_element(last_round_.begin(), last_round_.begin() + static_cast<ptrdiff_t>(room),
-                       last_round_.end(), Stronger);
-      last_round_.resize(room);
+    if (round_.size() > room) {
+      std::nth_element(round_.begin(), round_.begin() + static_cast<ptrdiff_t>(room), round_.end(), Stronger);
+      round_.resize(room);
     }
-    if (last_round_.empty()) return;
-    selected->insert(selected->end(), last_round_.begin(), last_round_.end());
+    selected->insert(selected->end(), round_.begin(), round_.end());
   }
 }
 

@@ -26,13 +26,21 @@ class CornerSpread {
               std::vector<Corner>* selected);
 
  private:
-  void SortIntoCells(const std::vector<Corner>& corners, const Region& region, int wanted);
-  int RankCell(int begin, int end, int strong_score);
+  // Corners of a cell that are still to be had.
+  struct Cell {
+    uint32_t next = 0;
+    uint32_t end = 0;
+    int above_score = 0;
+  };
 
+  void SortIntoCells(const std::vector<Corner>& corners, const Region& region, int wanted);
+  void TakeRound(int strong_score);
+
+  std::vector<uint16_t> column_of_x_;
   std::vector<uint32_t> cell_begin_;
-  std::vector<uint32_t> cell_count_;
   std::vector<Corner> by_cell_;
-  std::vector<Corner> last_round_;
+  std::vector<Cell> cells_;  // that have corners left
+  std::vector<Corner> round_;
 };
 
 }  // namespace semmap

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "slam/common/config_reader.h"
 #include "slam/features/corner_spread.h"
+#include "slam/features/fast_detector.h"
 #include "slam/features/patch_orientation.h"
 #include "slam/features/steered_brief.h"
 
@@ -19,7 +19,7 @@ constexpr int kMargin = std::max(kOrientationRadius, kBriefRadius) + 1;
 // Rows of every level lie equally far apart, so that one table of pattern offsets serves all; the slack lets
 // vector loads run past the last pixel.
 constexpr int kRowAlignment = 64;
-constexpr int kSlack = 64;
+constexpr int kSlack = FastDetector::kOverread;
 // A level smaller than this has no room for corners worth having.
 constexpr int kMinLevelSide = 2 * kMargin + 8;
 constexpr int kMinImageSide = 64;
@@ -75,7 +75,7 @@ struct OrbExtractor::State {
   cv::Mat blurred;
   std::vector<std::vector<Corner>> level_corners;
   std::vector<Corner> corners;
-  std::vector<cv::KeyPoint> fast_keypoints;
+  FastDetector detector;
   CornerSpread spread;
   std::unique_ptr<SteeredBrief> brief;
 };
@@ -110,15 +110,8 @@ void OrbExtractor::State::DetectLevel(int level, int wanted) {
   level_corners[level].clear();
   if (image.cols < kMinLevelSide || image.rows < kMinLevelSide) return;
   const CornerSpread::Region region{kMargin, kMargin, image.cols - kMargin, image.rows - kMargin};
-  cv::FAST(image, fast_keypoints, config.min_fast_threshold, true);
-  corners.clear();
-  for (const cv::KeyPoint& keypoint : fast_keypoints) {
-    const int x = static_cast<int>(keypoint.pt.x);
-    const int y = static_cast<int>(keypoint.pt.y);
-    if (x < region.min_x || x >= region.max_x || y < region.min_y || y >= region.max_y) continue;
-    corners.push_back(
-        {static_cast<uint16_t>(x), static_cast<uint16_t>(y), static_cast<uint8_t>(keypoint.response)});
-  }
+  detector.Detect(image, {kMargin, kMargin, image.cols - 2 * kMargin, image.rows - 2 * kMargin},
+                  config.min_fast_threshold, &corners);
   spread.Select(corners, region, wanted, config.fast_threshold, &level_corners[level]);
 }
 

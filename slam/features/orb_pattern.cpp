@@ -1,5 +1,6 @@
 #include "slam/features/orb_pattern.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -30,11 +31,12 @@ void GaussianPoint(std::mt19937& random, int8_t* x, int8_t* y) {
 BriefPattern GaussianPattern(uint32_t seed) {
   std::mt19937 random(seed);
   BriefPattern pattern;
-  for (BriefTest& test : pattern) {
+  for (auto test = pattern.begin(); test != pattern.end(); ++test) {
     do {
-      GaussianPoint(random, &test.x1, &test.y1);
-      GaussianPoint(random, &test.x2, &test.y2);
-    } while (test.x1 == test.x2 && test.y1 == test.y2);
+      GaussianPoint(random, &test->x1, &test->y1);
+      GaussianPoint(random, &test->x2, &test->y2);
+    } while ((test->x1 == test->x2 && test->y1 == test->y2) ||
+             std::find(pattern.begin(), test, *test) != test);
   }
   return pattern;
 }
