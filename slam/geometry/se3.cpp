@@ -8,23 +8,6 @@ namespace {
 // Below this angle the series is exact to double precision and the closed forms divide by almost zero.
 constexpr double kSmallAngle = 1e-6;
 
-// The left Jacobian of SO(3), which maps the translational part of a tangent vector to the translation.
-Eigen::Matrix3d LeftJacobian(const Eigen::Vector3d& phi) {
-  const double angle = phi.norm();
-  const Eigen::Matrix3d skew = Skew(phi);
-  if (angle < kSmallAngle) return Eigen::Matrix3d::Identity() + 0.5 * skew;
-  const double a = (1.0 - std::cos(angle)) / (angle * angle);
-  const double b = (angle - std::sin(angle)) / (angle * angle * angle);
-  return Eigen::Matrix3d::Identity() + a * skew + b * skew * skew;
-}
-
-Eigen::Quaterniond ExpSO3(const Eigen::Vector3d& phi) {
-  const double angle = phi.norm();
-  const double half = 0.5 * angle;
-  const double factor = angle < kSmallAngle ? 0.5 - angle * angle / 48.0 : std::sin(half) / angle;
-  return {std::cos(half), factor * phi.x(), factor * phi.y(), factor * phi.z()};
-}
-
 Eigen::Vector3d LogSO3(const Eigen::Quaterniond& rotation) {
   const double sign = rotation.w() < 0 ? -1.0 : 1.0;
   const Eigen::Vector3d vector = sign * rotation.vec();
@@ -41,19 +24,40 @@ Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
   return skew;
 }
 
+// Also maps the translational part of a tangent vector to the translation. I + a [phi]x + b [phi]x^2 with
+// a = (1 - cos) / angle^2 and b = (angle - sin) / angle^3, in forms that do not cancel for small angles.
+Eigen::Matrix3d LeftJacobianSO3(const Eigen::Vector3d& phi) {
+  constexpr double kSeriesAngle = 1e-3;  // the next term of the series is below rounding
+  const double angle = phi.norm();
+  const double square = angle * angle;
+  const double half_sinc = angle < kSeriesAngle ? 1.0 - square / 24.0 : std::sin(0.5 * angle) / (0.5 * angle);
+  const double a = 0.5 * half_sinc * half_sinc;
+  const double b =
+      angle < kSeriesAngle ? 1.0 / 6.0 - square / 120.0 : (angle - std::sin(angle)) / (square * angle);
+  const Eigen::Matrix3d skew = Skew(phi);
+  return Eigen::Matrix3d::Identity() + a * skew + b * skew * skew;
+}
+
+Eigen::Quaterniond ExpSO3(const Eigen::Vector3d& phi) {
+  const double angle = phi.norm();
+  const double half = 0.5 * angle;
+  const double factor = angle < kSmallAngle ? 0.5 - angle * angle / 48.0 : std::sin(half) / angle;
+  return {std::cos(half), factor * phi.x(), factor * phi.y(), factor * phi.z()};
+}
+
 SE3 SE3::FromMatrix(const Eigen::Matrix4d& matrix) {
   return {Eigen::Matrix3d(matrix.topLeftCorner<3, 3>()), Eigen::Vector3d(matrix.topRightCorner<3, 1>())};
 }
 
 SE3 SE3::Exp(const Vector6d& tangent) {
   const Eigen::Vector3d phi = tangent.tail<3>();
-  return {ExpSO3(phi), LeftJacobian(phi) * tangent.head<3>()};
+  return {ExpSO3(phi), LeftJacobianSO3(phi) * tangent.head<3>()};
 }
 
 Vector6d SE3::Log() const {
   const Eigen::Vector3d phi = LogSO3(rotation_);
   Vector6d tangent;
-  tangent << LeftJacobian(phi).inverse() * translation_, phi;
+  tangent << LeftJacobianSO3(phi).inverse() * translation_, phi;
   return tangent;
 }
 

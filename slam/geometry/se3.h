@@ -11,6 +11,11 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // The matrix [v]x with [v]x w = v x w.
 Eigen::Matrix3d Skew(const Eigen::Vector3d& v);
 
+// Exponential map of so(3) and its left Jacobian: Exp(phi + d) = Exp(LeftJacobian(phi) d) Exp(phi) to first
+// order.
+Eigen::Quaterniond ExpSO3(const Eigen::Vector3d& phi);
+Eigen::Matrix3d LeftJacobianSO3(const Eigen::Vector3d& phi);
+
 // A rigid motion, used as a value. A variable names both frames right to left: `map_from_camera *
 // point_in_camera` is a point in the map frame. Tangent vectors are (translation, rotation), metres and
 // radians.

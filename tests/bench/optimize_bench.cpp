@@ -2,6 +2,7 @@
 // local mapping meet.
 #include <benchmark/benchmark.h>
 
+#include "slam/optimize/bundle_adjustment.h"
 #include "slam/optimize/pose_optimizer.h"
 #include "tests/unit/optimize/synthetic_scene.h"
 
@@ -28,6 +29,37 @@ BENCHMARK(BM_OptimizePose)
     ->Args({500, 100})
     ->Args({1500, 50})
     ->Unit(benchmark::kMicrosecond);
+
+// Arguments: fixed and free cameras, points, observations, per cent of them stereo, threads.
+void BM_AdjustBundle(benchmark::State& state) {
+  const BundleScene scene = MakeBundleScene({.fixed_cameras = static_cast<int>(state.range(0)),
+                                             .free_cameras = static_cast<int>(state.range(1)),
+                                             .points = static_cast<int>(state.range(2)),
+                                             .observations = static_cast<int>(state.range(3)),
+                                             .stereo_fraction = static_cast<double>(state.range(4)) / 100,
+                                             .outlier_fraction = 0.03},
+                                            1);
+  BundleSummary summary;
+  for (auto _ : state) {
+    state.PauseTiming();
+    BundleProblem problem = scene.problem;
+    state.ResumeTiming();
+    summary = AdjustBundle({.threads = static_cast<int>(state.range(5))}, &problem);
+  }
+  state.counters["iterations"] = summary.iterations;
+  state.counters["final_cost"] = summary.final_cost;
+  state.counters["outliers"] = summary.outliers;
+}
+BENCHMARK(BM_AdjustBundle)
+    ->ArgNames({"fixed", "free", "points", "observations", "stereo", "threads"})
+    ->Args({10, 6, 800, 4800, 0, 1})
+    ->Args({30, 20, 3000, 20000, 0, 1})
+    ->Args({30, 20, 3000, 20000, 70, 1})
+    ->Args({30, 20, 3000, 20000, 70, 2})
+    ->Args({1, 200, 15000, 90000, 50, 1})
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 
 }  // namespace
 }  // namespace semmap

@@ -73,6 +73,22 @@ TEST(SE3, KnowsWhatIsNotFinite) {
   EXPECT_FALSE(SE3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 1.0 / 0.0)).IsFinite());
 }
 
+TEST(LeftJacobianSO3, IsTheDerivativeOfExp) {
+  std::mt19937 random(4);
+  constexpr double kStep = 1e-6;
+  for (const double size : {0.0, 1e-7, 9e-4, 1.1e-3, 0.3, 1.7}) {
+    const Eigen::Vector3d phi = RandomTangent(random, size).head<3>();
+    const Eigen::Matrix3d jacobian = LeftJacobianSO3(phi);
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(i);
+      const SE3 difference = SE3(ExpSO3(phi + step), Eigen::Vector3d::Zero()) *
+                             SE3(ExpSO3(phi - step), Eigen::Vector3d::Zero()).Inverse();
+      const Eigen::Vector3d numeric = difference.Log().tail<3>() / (2 * kStep);
+      EXPECT_LT((jacobian.col(i) - numeric).norm(), 1e-8) << size;
+    }
+  }
+}
+
 TEST(Skew, IsTheCrossProduct) {
   const Eigen::Vector3d a(1, 2, 3);
   const Eigen::Vector3d b(-4, 0.5, 7);

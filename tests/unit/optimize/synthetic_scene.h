@@ -84,4 +84,69 @@ inline PoseScene MakePoseScene(const PoseSceneOptions& options, uint32_t seed) {
   return scene;
 }
 
+struct BundleSceneOptions {
+  int fixed_cameras = 30;
+  int free_cameras = 20;
+  int points = 3000;
+  int observations = 20000;
+  double stereo_fraction = 0;
+  double sigma_px = 1;
+  double outlier_fraction = 0;
+  // How far the initial values are off.
+  double camera_error_m = 0.05;
+  double camera_error_rad = 0.005;
+  double point_error_m = 0.2;
+};
+
+struct BundleScene {
+  BundleProblem truth;  // noisy observations, true cameras and points
+  BundleProblem problem;
+  std::vector<char> is_outlier;
+};
+
+// A drive along z, one camera a metre, fixed ones first; each point is seen by a run of consecutive cameras.
+inline BundleScene MakeBundleScene(const BundleSceneOptions& options, uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  BundleScene scene;
+  BundleProblem& truth = scene.truth;
+  truth.model = TestModel();
+  const int cameras = options.fixed_cameras + options.free_cameras;
+  for (int i = 0; i < cameras; ++i) {
+    const SE3 map_from_camera = SE3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.05 * i, 0, 0.8 * i)) *
+                                SE3::Exp(RandomTangent(0.05, 0.02, random));
+    truth.cameras.push_back({map_from_camera.Inverse(), i < options.fixed_cameras});
+  }
+  const int views = std::max(2, options.observations / options.points);
+  for (int i = 0; i < options.points; ++i) {
+    // Seen last by camera `newest`, at 4 to 40 m, and by those before it.
+    const int newest =
+        std::min(cameras - 1, views - 1 + static_cast<int>(uniform(random) * (cameras - views + 1)));
+    truth.points.push_back(truth.cameras[newest].camera_from_map.Inverse() *
+                           PointInView(truth.model, random));
+    for (int camera = newest; camera > newest - views && camera >= 0; --camera) {
+      BundleObservation observation;
+      observation.camera = camera;
+      observation.point = i;
+      observation.pixel = Observe(truth.model, truth.cameras[camera].camera_from_map * truth.points.back(),
+                                  uniform(random) < options.stereo_fraction);
+      AddNoise(options.sigma_px, random, &observation.pixel);
+      observation.pixel.inverse_sigma2 = 1 / (options.sigma_px * options.sigma_px);
+      const bool outlier = uniform(random) < options.outlier_fraction;
+      if (outlier) observation.pixel.v += 20 + 50 * uniform(random);
+      scene.is_outlier.push_back(outlier);
+      truth.observations.push_back(observation);
+    }
+  }
+  scene.problem = truth;
+  for (BundleCamera& camera : scene.problem.cameras) {
+    const SE3 error = SE3::Exp(RandomTangent(options.camera_error_m, options.camera_error_rad, random));
+    if (!camera.fixed) camera.camera_from_map = error * camera.camera_from_map;
+  }
+  for (Eigen::Vector3d& point : scene.problem.points) {
+    point += RandomTangent(options.point_error_m, 0, random).head<3>();
+  }
+  return scene;
+}
+
 }  // namespace semmap
