@@ -1,6 +1,7 @@
 #include "slam/pipeline/local_mapper.h"
 
 #include <algorithm>
+#include <limits>
 #include <unordered_set>
 
 #include "slam/pipeline/culling.h"
@@ -38,7 +39,9 @@ LocalMapper::LocalMapper(const SlamConfig& config, MappingCamera camera, ScalePy
 void LocalMapper::AddKeyFrame(const KeyFrameCandidate& candidate, const std::atomic<bool>* stop) {
   Insert(candidate);
   if (camera_.HasDepth()) {
-    const auto created = CreatePointsFromDepth(camera_, CloseDepth(), candidate.id, &map_);
+    // The first keyframe has nothing but its depth: all of it is used.
+    const double close_depth = map_.keyframes().size() == 1 ? std::numeric_limits<double>::max() : CloseDepth();
+    const auto created = CreatePointsFromDepth(camera_, close_depth, candidate.id, &map_);
     young_points_.insert(young_points_.end(), created.begin(), created.end());
   }
   CullYoungPoints(camera_.HasDepth(), &young_points_, &map_);
