@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "client/sources/open_source.h"
+#include "slam/pipeline/slam_config.h"
+
+namespace semmap::bench {
+
+// What one benchmark run does.
+struct BenchOptions {
+  std::string source;  // KIND:PATH, see OpenSource
+  client::SourceOptions source_options;
+  SlamConfig config;
+  // Frames come at their recorded pace instead of one after the other.
+  bool realtime = false;
+  // Without `realtime`: keyframes that may wait for the mapper when the next frame is tracked.
+  int backlog = 0;
+  // At most so many frames; 0: all.
+  int max_frames = 0;
+};
+
+}  // namespace semmap::bench
