@@ -17,10 +17,8 @@ struct BriefTest {
 };
 
 constexpr int kBriefBits = 256;
-// No offset of a test is longer than this, so that a rotated and rounded one stays within kBriefReach of the
-// centre in x and in y.
+// No offset of a test is longer than this, so that a rotated and rounded one is within it in x and in y.
 constexpr int kBriefRadius = 15;
-constexpr int kBriefReach = kBriefRadius + 1;
 
 using BriefPattern = std::array<BriefTest, kBriefBits>;
 

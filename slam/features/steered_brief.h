@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -10,20 +11,27 @@
 namespace semmap {
 
 // Steered BRIEF (Rublee et al., ORB, ICCV 2011, section 4.1): the pattern is rotated by the keypoint's
-// orientation, in steps, before its tests are made on the smoothed image. Immutable after construction;
-// thread-safe.
+// orientation, rounded to one of kAngles, before its tests are made on the smoothed image. Immutable after
+// construction; thread-safe.
 class SteeredBrief {
  public:
-  // `step`: bytes from one row of the smoothed images to the next.
-  SteeredBrief(const BriefPattern& pattern, ptrdiff_t step);
+  // ORB's thirty steps cost a few percent of the matches against exact angles, 256 next to none.
+  static constexpr int kAngles = 256;
 
-  // `centre` points into an 8-bit smoothed image with at least kBriefReach pixels on every side; angle in
-  // radians, [0, 2 pi].
-  void Compute(const uint8_t* centre, float angle, Descriptor* descriptor) const;
+  explicit SteeredBrief(const BriefPattern& pattern);
+
+  // `centre` points into an 8-bit smoothed image, rows `step` bytes apart, with at least kBriefRadius pixels
+  // on every side; angle in radians, [0, 2 pi].
+  void Compute(const uint8_t* centre, ptrdiff_t step, float angle, Descriptor* descriptor) const;
 
  private:
-  // For every angle: the byte offsets of the first points of all tests, then those of the second points.
-  std::vector<int32_t> offsets_;
+  // The first points of all tests, then the second ones.
+  struct RotatedPoints {
+    std::array<int8_t, 2 * kBriefBits> x;
+    std::array<int8_t, 2 * kBriefBits> y;
+  };
+
+  std::vector<RotatedPoints> rotated_;  // by angle
 };
 
 }  // namespace semmap

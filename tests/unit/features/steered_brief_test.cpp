@@ -15,6 +15,8 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
+ptrdiff_t Step(const cv::Mat& image) { return static_cast<ptrdiff_t>(image.step[0]); }
+
 TEST(OrbPattern, TestsAreDistinctAndInsideTheirRadius) {
   for (const BriefPattern& pattern : {OrbPattern(), GaussianPattern(7)}) {
     std::set<std::pair<std::pair<int, int>, std::pair<int, int>>> seen;
@@ -31,9 +33,9 @@ TEST(OrbPattern, TestsAreDistinctAndInsideTheirRadius) {
 TEST(SteeredBrief, UprightDescriptorIsThePatternItself) {
   const cv::Mat image = test::TexturedImage({90, 70}, 41);
   const BriefPattern pattern = GaussianPattern(3);
-  const SteeredBrief brief(pattern, static_cast<ptrdiff_t>(image.step[0]));
+  const SteeredBrief brief(pattern);
   Descriptor descriptor;
-  brief.Compute(image.ptr(33, 40), 0, &descriptor);
+  brief.Compute(image.ptr(33, 40), Step(image), 0, &descriptor);
   for (int bit = 0; bit < 256; ++bit) {
     const BriefTest& test = pattern[bit];
     const bool expected =
@@ -47,13 +49,13 @@ TEST(SteeredBrief, QuarterTurnsOfTheImageChangeNothing) {
   const cv::Mat image = test::TexturedImage({81, 81}, 42);
   const BriefPattern pattern = GaussianPattern(4);
   Descriptor upright;
-  SteeredBrief(pattern, static_cast<ptrdiff_t>(image.step[0])).Compute(image.ptr(40, 40), 0, &upright);
+  SteeredBrief(pattern).Compute(image.ptr(40, 40), Step(image), 0, &upright);
   cv::Mat turned = image.clone();
   for (int quarter = 1; quarter <= 4; ++quarter) {
     cv::rotate(turned.clone(), turned, cv::ROTATE_90_CLOCKWISE);
     Descriptor descriptor;
-    SteeredBrief(pattern, static_cast<ptrdiff_t>(turned.step[0]))
-        .Compute(turned.ptr(40, 40), static_cast<float>(quarter * kTurn / 4), &descriptor);
+    SteeredBrief(pattern).Compute(turned.ptr(40, 40), Step(turned), static_cast<float>(quarter * kTurn / 4),
+                                  &descriptor);
     EXPECT_EQ(descriptor, upright) << quarter;
   }
 }
@@ -62,16 +64,16 @@ TEST(SteeredBrief, StaysWithinItsReachAtEveryAngle) {
   // Pixels beyond the reach differ wildly between the two images.
   cv::Mat dark = cv::Mat::zeros(61, 61, CV_8UC1);
   cv::Mat bright(61, 61, CV_8UC1, cv::Scalar(255));
-  const cv::Rect reach(30 - kBriefReach, 30 - kBriefReach, 2 * kBriefReach + 1, 2 * kBriefReach + 1);
+  const cv::Rect reach(30 - kBriefRadius, 30 - kBriefRadius, 2 * kBriefRadius + 1, 2 * kBriefRadius + 1);
   const cv::Mat patch = test::TexturedImage(reach.size(), 43);
   patch.copyTo(dark(reach));
   patch.copyTo(bright(reach));
-  const SteeredBrief brief(OrbPattern(), static_cast<ptrdiff_t>(dark.step[0]));
+  const SteeredBrief brief(OrbPattern());
   for (int i = 0; i <= 360; ++i) {
     Descriptor in_dark;
     Descriptor in_bright;
-    brief.Compute(dark.ptr(30, 30), static_cast<float>(i * kTurn / 360), &in_dark);
-    brief.Compute(bright.ptr(30, 30), static_cast<float>(i * kTurn / 360), &in_bright);
+    brief.Compute(dark.ptr(30, 30), Step(dark), static_cast<float>(i * kTurn / 360), &in_dark);
+    brief.Compute(bright.ptr(30, 30), Step(bright), static_cast<float>(i * kTurn / 360), &in_bright);
     EXPECT_EQ(in_dark, in_bright) << i;
   }
 }
