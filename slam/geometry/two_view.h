@@ -20,7 +20,7 @@ struct TwoViewReconstruction {
 
 struct TwoViewOptions {
   double sigma_px = 1.0;
-  int iterations = 200;
+  int iterations = 500;  // at most: fewer with few outliers
   int min_good_points = 50;
   double min_parallax_rad = 0.0175;  // one degree
   uint32_t seed = 0;
@@ -28,7 +28,7 @@ struct TwoViewOptions {
 
 // Relative pose and structure from matches of undistorted pixels in two images: a homography and a
 // fundamental matrix are estimated in parallel by RANSAC, the model is chosen by the ratio of their symmetric
-// transfer scores, and the motion hypothesis (8 of the homography, 4 of the essential matrix) with clearly
+// transfer scores, and the motion hypothesis (of the homography or the essential matrix) with clearly
 // the most points in front of both cameras and enough parallax wins (Mur-Artal et al. 2015, section IV).
 // nullopt when no hypothesis is clear. first[i] matches second[i].
 std::optional<TwoViewReconstruction> ReconstructTwoViews(const CameraIntrinsics& camera,
