@@ -42,8 +42,10 @@ BriefPattern GaussianPattern(uint32_t seed) {
 }
 
 const BriefPattern& OrbPattern() {
-  static const BriefPattern pattern = GaussianPattern(1);
-  return pattern;
+  static constexpr BriefPattern kPattern = {{
+#include "slam/features/orb_pattern.inc"
+  }};
+  return kPattern;
 }
 
 }  // namespace semmap
