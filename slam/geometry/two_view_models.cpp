@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <random>
 #include <span>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+
+#include "slam/geometry/sampling.h"
 
 namespace semmap {
 namespace {
@@ -148,23 +148,6 @@ class LinearEstimator {
   Points second_;
 };
 
-// How many samples are needed to draw one free of outliers, given the share of inliers seen so far.
-int NeededIterations(double inlier_ratio, int sample_size, int max_iterations) {
-  const double good_sample = std::pow(inlier_ratio, sample_size);
-  if (good_sample >= 1) return 1;
-  const double needed = std::log(1 - kConfidence) / std::log1p(-good_sample);
-  return needed < max_iterations ? static_cast<int>(std::ceil(needed)) : max_iterations;
-}
-
-// The first `count` entries become a random choice of all, by Fisher and Yates' shuffle. Not by
-// std::uniform_int_distribution, whose numbers differ between standard libraries.
-void DrawSample(int count, std::mt19937& random, std::vector<int>* indices) {
-  const auto size = static_cast<uint32_t>(indices->size());
-  for (uint32_t i = 0; i < static_cast<uint32_t>(count); ++i) {
-    std::swap((*indices)[i], (*indices)[i + random() % (size - i)]);
-  }
-}
-
 std::vector<int> InlierIndices(const TwoViewModel& model) {
   std::vector<int> indices;
   for (size_t i = 0; i < model.inlier.size(); ++i) {
@@ -208,9 +191,7 @@ TwoViewModel EstimateTwoViewModel(TwoViewModelKind kind, const Points& first, co
   if (first.size() < kMinMatches || first.size() != second.size()) return best;
   const int sample_size = kind == TwoViewModelKind::kHomography ? kHomographySample : kFundamentalSample;
   const LinearEstimator estimator(kind, first, second);
-  std::mt19937 random(options.seed);
-  std::vector<int> indices(first.size());
-  std::iota(indices.begin(), indices.end(), 0);
+  Sampler sampler(first.size(), options.seed);
   TwoViewModel candidate;
   const auto try_matrix = [&](const Eigen::Matrix3d& matrix) {
     candidate.matrix = matrix;
@@ -221,15 +202,14 @@ TwoViewModel EstimateTwoViewModel(TwoViewModelKind kind, const Points& first, co
   };
   int iterations = options.max_iterations;
   for (int i = 0; i < iterations; ++i) {
-    DrawSample(sample_size, random, &indices);
-    if (!try_matrix(estimator.Estimate(std::span(indices).first(sample_size)))) continue;
+    if (!try_matrix(estimator.Estimate(sampler.Draw(sample_size)))) continue;
     for (int j = 0; j < kRefinements && best.inliers >= kMinMatches; ++j) {
       const bool linear = try_matrix(estimator.Estimate(InlierIndices(best)));
       const bool nonlinear = refine && try_matrix(refine(best));
       if (!linear && !nonlinear) break;
     }
     const double ratio = static_cast<double>(best.inliers) / static_cast<double>(first.size());
-    iterations = NeededIterations(ratio, sample_size, options.max_iterations);
+    iterations = RansacIterations(ratio, sample_size, kConfidence, options.max_iterations);
   }
   return best;
 }
