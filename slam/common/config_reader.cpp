@@ -1,6 +1,7 @@
 #include "slam/common/config_reader.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "absl/strings/str_join.h"
 #include "yaml-cpp/yaml.h"
@@ -110,9 +111,15 @@ void ConfigReader::NumberList(const char* key, std::vector<double>* values, size
   const YAML::Node field = Find(key);
   if (!field.IsDefined()) return;
   std::vector<double> parsed;
-  if (!field.IsSequence() || field.size() > max_size ||
-      !YAML::convert<std::vector<double>>::decode(field, parsed)) {
-    Complain(key, absl::StrCat("is not a list of at most ", max_size, " numbers"));
+  // One by one: the conversion of a whole sequence throws at the first wrong element.
+  bool valid = field.IsSequence() && field.size() <= max_size;
+  for (size_t i = 0; valid && i < field.size(); ++i) {
+    double number = 0;
+    valid = field[i].IsScalar() && YAML::convert<double>::decode(field[i], number) && std::isfinite(number);
+    parsed.push_back(number);
+  }
+  if (!valid) {
+    Complain(key, absl::StrCat("is not a list of at most ", max_size, " finite numbers"));
     return;
   }
   *values = std::move(parsed);
