@@ -166,39 +166,39 @@ struct IntegrityFinding {
 // answer, so that it is a page token. limit 0 means no limit. All conditions must hold.
 
 struct MapListQuery {
-  std::string after;  // a name; maps come in order of names (bytes)
+  std::string after = {};  // a name; maps come in order of names (bytes)
   size_t limit = 0;
 };
 
 struct MapPointQuery {
-  std::optional<Eigen::AlignedBox3d> box;  // closed; INVALID_ARGUMENT when empty or not finite
-  std::vector<uint8_t> classes;            // any of them; none given: all
-  float min_confidence = 0;                // of class_confidence
+  std::optional<Eigen::AlignedBox3d> box = std::nullopt;  // closed; INVALID_ARGUMENT when empty or not finite
+  std::vector<uint8_t> classes = {};                      // any of them; none given: all
+  float min_confidence = 0;                               // of class_confidence
   uint32_t min_observations = 0;
   // Points whose [first_seen, last_seen] meets the range.
-  std::optional<TimeRange> seen;
-  MapPointId after;
+  std::optional<TimeRange> seen = std::nullopt;
+  MapPointId after = {};
   size_t limit = 0;
 };
 
 struct KeyFrameQuery {
-  std::optional<Eigen::AlignedBox3d> box;  // of the camera centre, closed
-  std::optional<TimeRange> time;
-  std::optional<SessionId> session;
+  std::optional<Eigen::AlignedBox3d> box = std::nullopt;  // of the camera centre, closed
+  std::optional<TimeRange> time = std::nullopt;
+  std::optional<SessionId> session = std::nullopt;
   bool with_features = false;
-  KeyFrameId after;
+  KeyFrameId after = {};
   size_t limit = 0;
 };
 
 struct TrajectoryQuery {
-  std::optional<SessionId> session;  // absent: all sessions, one after the other
-  std::optional<TimeRange> time;
+  std::optional<SessionId> session = std::nullopt;  // absent: all sessions, one after the other
+  std::optional<TimeRange> time = std::nullopt;
   // Continues behind this frame of a session (of the first one named here, when all are asked for).
   struct Position {
-    SessionId session;
+    SessionId session = {};
     uint64_t sequence = 0;
   };
-  std::optional<Position> after;
+  std::optional<Position> after = std::nullopt;
   size_t limit = 0;
 };
 

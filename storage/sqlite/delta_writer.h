@@ -1,0 +1,13 @@
+#pragma once
+
+#include "absl/status/status.h"
+#include "storage/map_store.h"
+#include "storage/sqlite/connection.h"
+
+namespace semmap::storage::sqlite {
+
+// MapStore::Apply inside the caller's transaction, which must be rolled back when this fails. `delta` was
+// validated.
+absl::Status WriteDelta(Connection& connection, MapId map, SessionId session, const MapDelta& delta);
+
+}  // namespace semmap::storage::sqlite

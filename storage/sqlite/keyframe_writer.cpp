@@ -1,0 +1,148 @@
+// The part of keyframe_rows.h that writes.
+#include "absl/strings/str_cat.h"
+#include "slam/common/status_macros.h"
+#include "storage/feature_codec.h"
+#include "storage/geometry_codec.h"
+#include "storage/observation_codec.h"
+#include "storage/sqlite/frame_rows.h"
+#include "storage/sqlite/keyframe_rows.h"
+#include "storage/sqlite/spatial_index.h"
+#include "storage/sqlite/sqlite_status.h"
+
+namespace semmap::storage::sqlite {
+namespace {
+
+constexpr char kInsert[] =
+    "INSERT INTO keyframes (map_id, keyframe_id, session_id, sequence, timestamp, parent_id, "
+    "map_from_camera, "
+    "keypoint_count) VALUES (?, ?, ?, ?, ?, ?, ?, ?)";
+constexpr char kInsertFeatures[] =
+    "INSERT INTO keyframe_features (map_id, keyframe_id, features) VALUES (?, ?, ?)";
+constexpr char kSelectPose[] = "SELECT map_from_camera FROM keyframes WHERE map_id = ? AND keyframe_id = ?";
+constexpr char kUpdatePose[] =
+    "UPDATE keyframes SET map_from_camera = ?, parent_id = ? WHERE map_id = ? AND keyframe_id = ?";
+constexpr char kUpdateObservationCount[] =
+    "UPDATE keyframes SET observation_count = ? WHERE map_id = ? AND keyframe_id = ? AND keypoint_count = ?";
+constexpr char kUpsertObservations[] =
+    "INSERT INTO keyframe_observations (map_id, keyframe_id, observations) VALUES (?, ?, ?) "
+    "ON CONFLICT (map_id, keyframe_id) DO UPDATE SET observations = excluded.observations";
+constexpr char kSelectParent[] =
+    "SELECT coalesce(parent_id, 0) FROM keyframes WHERE map_id = ? AND keyframe_id = ?";
+constexpr char kHandChildrenToHeir[] =
+    "UPDATE keyframes SET parent_id = ?1 WHERE map_id = ?2 AND parent_id = ?3 AND keyframe_id <> ?1";
+constexpr char kHandHeirToGrandparent[] =
+    "UPDATE keyframes SET parent_id = nullif(?, 0) WHERE map_id = ? AND parent_id = ? AND keyframe_id = ?";
+constexpr char kDelete[] = "DELETE FROM keyframes WHERE map_id = ? AND keyframe_id = ?";
+constexpr char kSelectOfSession[] = "SELECT keyframe_id FROM keyframes WHERE map_id = ? AND session_id = ?";
+constexpr char kDeleteOfSession[] = "DELETE FROM keyframes WHERE map_id = ? AND session_id = ?";
+
+absl::Status NoSuchKeyFrame(const char* role, KeyFrameId id) {
+  return absl::InvalidArgumentError(absl::StrCat(role, " keyframe ", id.value(), " does not exist"));
+}
+
+Query& BindParent(Query& query, KeyFrameId parent) {
+  return parent.IsValid() ? query.Bind(parent) : query.BindNull();
+}
+
+absl::Status InsertRow(Connection& connection, MapId map, SessionId session, const KeyFrameRecord& keyframe) {
+  const auto pose = EncodePose(keyframe.map_from_camera);
+  Query insert(connection, kInsert);
+  insert.Bind(map).Bind(keyframe.id).Bind(session).Bind(keyframe.sequence).Bind(keyframe.timestamp);
+  const absl::Status status =
+      BindParent(insert, keyframe.parent).BindBlob(pose).Bind(keyframe.features->size()).Run();
+  if (!IsConstraintViolation(status)) return status;
+  return absl::InvalidArgumentError(absl::StrCat("added keyframe ", keyframe.id.value(), " exists already"));
+}
+
+// The parent of a keyframe; NOT_FOUND when there is no such keyframe.
+absl::StatusOr<KeyFrameId> ReadParent(Connection& connection, MapId map, KeyFrameId keyframe) {
+  Query select(connection, kSelectParent);
+  select.Bind(map).Bind(keyframe);
+  SEMMAP_ASSIGN_OR_RETURN(const bool found, select.Step());
+  if (!found) return absl::NotFoundError("no such keyframe");
+  return select.IdAt<KeyFrameId>(0);
+}
+
+absl::Status HandOverChildren(Connection& connection, MapId map, const RemovedKeyFrame& removal,
+                              KeyFrameId grandparent) {
+  SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kHandChildrenToHeir, removal.heir, map, removal.removed));
+  return RunQuery(connection, kHandHeirToGrandparent, grandparent, map, removal.removed, removal.heir);
+}
+
+}  // namespace
+
+absl::Status InsertKeyFrame(Connection& connection, MapId map, SessionId session,
+                            const KeyFrameRecord& keyframe, ByteWriter* buffer) {
+  SEMMAP_RETURN_IF_ERROR(InsertRow(connection, map, session, keyframe));
+  EncodeFeatures(*keyframe.features, buffer);
+  Query features(connection, kInsertFeatures);
+  SEMMAP_RETURN_IF_ERROR(features.Bind(map).Bind(keyframe.id).BindBlob(buffer->view()).Run());
+  return PutCell(connection, KeyFrameIndex(), map, keyframe.id.value(),
+                 CellOf(KeyFrameIndex(), keyframe.map_from_camera.translation()));
+}
+
+absl::Status MoveKeyFrame(Connection& connection, MapId map, const KeyFramePose& moved) {
+  const Cell cell = CellOf(KeyFrameIndex(), moved.map_from_camera.translation());
+  bool same_cell = false;
+  {
+    Query select(connection, kSelectPose);
+    select.Bind(map).Bind(moved.id);
+    SEMMAP_ASSIGN_OR_RETURN(const bool found, select.Step());
+    if (!found) return NoSuchKeyFrame("moved", moved.id);
+    SEMMAP_ASSIGN_OR_RETURN(const SE3 old_pose, DecodePose(select.Bytes(0)));
+    same_cell = CellOf(KeyFrameIndex(), old_pose.translation()) == cell;
+  }
+  const auto pose = EncodePose(moved.map_from_camera);
+  Query update(connection, kUpdatePose);
+  update.BindBlob(pose);
+  SEMMAP_RETURN_IF_ERROR(BindParent(update, moved.parent).Bind(map).Bind(moved.id).Run());
+  return same_cell ? absl::OkStatus() : PutCell(connection, KeyFrameIndex(), map, moved.id.value(), cell);
+}
+
+absl::Status WriteObservations(Connection& connection, MapId map, const KeyFrameObservations& observations,
+                               ByteWriter* buffer) {
+  const uint32_t count = EncodeObservations(observations.point_of_keypoint, buffer);
+  SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kUpdateObservationCount, count, map, observations.id,
+                                  observations.point_of_keypoint.size()));
+  if (connection.changes() == 0) {
+    return absl::InvalidArgumentError(absl::StrCat("observations of keyframe ", observations.id.value(),
+                                                   ": no such keyframe with ",
+                                                   observations.point_of_keypoint.size(), " keypoints"));
+  }
+  Query upsert(connection, kUpsertObservations);
+  return upsert.Bind(map).Bind(observations.id).BindBlob(buffer->view()).Run();
+}
+
+absl::Status RemoveKeyFrame(Connection& connection, MapId map, const RemovedKeyFrame& removal) {
+  const absl::StatusOr<KeyFrameId> parent = ReadParent(connection, map, removal.removed);
+  if (absl::IsNotFound(parent.status())) return NoSuchKeyFrame("removed", removal.removed);
+  SEMMAP_RETURN_IF_ERROR(parent.status());
+  const absl::StatusOr<KeyFrameId> heir_parent = ReadParent(connection, map, removal.heir);
+  if (absl::IsNotFound(heir_parent.status())) return NoSuchKeyFrame("heir", removal.heir);
+  SEMMAP_RETURN_IF_ERROR(heir_parent.status());
+  SEMMAP_RETURN_IF_ERROR(ReanchorFrames(connection, map, removal));
+  SEMMAP_RETURN_IF_ERROR(HandOverChildren(connection, map, removal, *parent));
+  SEMMAP_RETURN_IF_ERROR(EraseCell(connection, KeyFrameIndex(), map, removal.removed.value()));
+  return RunQuery(connection, kDelete, map, removal.removed);
+}
+
+absl::StatusOr<int64_t> EraseKeyFramesOf(Connection& connection, MapId map, SessionId session) {
+  {
+    Query ids(connection, kSelectOfSession);
+    ids.Bind(map).Bind(session);
+    while (true) {
+      SEMMAP_ASSIGN_OR_RETURN(const bool row, ids.Step());
+      if (!row) break;
+      SEMMAP_RETURN_IF_ERROR(EraseCell(connection, KeyFrameIndex(), map, ids.Unsigned(0)));
+    }
+  }
+  const absl::Status status = RunQuery(connection, kDeleteOfSession, map, session);
+  if (IsConstraintViolation(status)) {
+    return absl::FailedPreconditionError(
+        "reset: frames of another session refer to this session's keyframes");
+  }
+  SEMMAP_RETURN_IF_ERROR(status);
+  return connection.changes();
+}
+
+}  // namespace semmap::storage::sqlite

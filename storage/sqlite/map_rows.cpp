@@ -1,0 +1,137 @@
+#include "storage/sqlite/map_rows.h"
+
+#include "absl/strings/str_cat.h"
+#include "slam/common/status_macros.h"
+#include "storage/geometry_codec.h"
+#include "storage/sqlite/query.h"
+#include "storage/sqlite/sqlite_status.h"
+
+namespace semmap::storage::sqlite {
+namespace {
+
+constexpr char kInsert[] = "INSERT INTO maps (name, created_at, rig, scale_known) VALUES (?, ?, ?, ?)";
+#define SEMMAP_MAP_COLUMNS                                                                              \
+  "map_id, name, created_at, rig, scale_known, latitude_deg, longitude_deg, altitude_m, enu_from_map, " \
+  "keyframe_count, point_count, version, last_keyframe_id, last_point_id"
+constexpr char kSelectByName[] = "SELECT " SEMMAP_MAP_COLUMNS " FROM maps WHERE name = ?";
+constexpr char kSelectById[] =
+    "SELECT " SEMMAP_MAP_COLUMNS " FROM maps WHERE map_id = ? AND name IS NOT NULL";
+constexpr char kSelectPage[] = "SELECT " SEMMAP_MAP_COLUMNS " FROM maps WHERE name > ? ORDER BY name LIMIT ?";
+#undef SEMMAP_MAP_COLUMNS
+constexpr char kSelectExists[] = "SELECT 1 FROM maps WHERE map_id = ? AND name IS NOT NULL";
+constexpr char kSelectPoses[] = "SELECT map_from_camera FROM keyframes WHERE map_id = ?";
+constexpr char kUpdateAnchor[] =
+    "UPDATE maps SET latitude_deg = ?, longitude_deg = ?, altitude_m = ?, enu_from_map = ? WHERE map_id = ?";
+constexpr char kUpdateGrowth[] =
+    "UPDATE maps SET keyframe_count = keyframe_count + ?, point_count = point_count + ?, version = version + "
+    "1, "
+    "last_keyframe_id = max(last_keyframe_id, ?), last_point_id = max(last_point_id, ?) WHERE map_id = ?";
+
+absl::Status ReadAnchor(const Query& row, MapInfo* map) {
+  if (row.IsNull(8)) return absl::OkStatus();
+  GeoAnchor anchor{row.Real(5), row.Real(6), row.Real(7), {}};
+  SEMMAP_ASSIGN_OR_RETURN(anchor.enu_from_map, DecodeSim3(row.Bytes(8)));
+  map->anchor = anchor;
+  return absl::OkStatus();
+}
+
+absl::Status ReadExtent(Connection& connection, MapInfo* map) {
+  Query poses(connection, kSelectPoses);
+  poses.Bind(map->id);
+  while (true) {
+    SEMMAP_ASSIGN_OR_RETURN(const bool row, poses.Step());
+    if (!row) return absl::OkStatus();
+    SEMMAP_ASSIGN_OR_RETURN(const SE3 map_from_camera, DecodePose(poses.Bytes(0)));
+    map->camera_extent.extend(map_from_camera.translation());
+  }
+}
+
+absl::StatusOr<MapInfo> ReadRow(Connection& connection, const Query& row) {
+  MapInfo map;
+  map.id = row.IdAt<MapId>(0);
+  map.name = row.Text(1);
+  map.created_at = row.Int(2);
+  SEMMAP_ASSIGN_OR_RETURN(map.rig, DecodeRig(row.Bytes(3)));
+  map.scale_known = row.Int(4) != 0;
+  SEMMAP_RETURN_IF_ERROR(ReadAnchor(row, &map));
+  map.keyframe_count = row.Unsigned(9);
+  map.point_count = row.Unsigned(10);
+  map.version = row.Unsigned(11);
+  map.last_keyframe_id = row.IdAt<KeyFrameId>(12);
+  map.last_point_id = row.IdAt<MapPointId>(13);
+  SEMMAP_RETURN_IF_ERROR(ReadExtent(connection, &map));
+  return map;
+}
+
+absl::Status NoSuchMap(MapId map) {
+  return absl::NotFoundError(absl::StrCat("no map with id ", map.value()));
+}
+
+}  // namespace
+
+absl::StatusOr<MapId> InsertMap(Connection& connection, const NewMap& map) {
+  const Blob rig = EncodeRig(map.rig);
+  Query insert(connection, kInsert);
+  insert.BindText(map.name).Bind(map.created_at).BindBlob(rig).Bind(map.scale_known);
+  const absl::Status status = insert.Run();
+  if (IsConstraintViolation(status))
+    return absl::AlreadyExistsError(absl::StrCat("map ", map.name, " exists"));
+  SEMMAP_RETURN_IF_ERROR(status);
+  return MapId(static_cast<uint64_t>(connection.last_insert_rowid()));
+}
+
+absl::StatusOr<MapInfo> ReadMap(Connection& connection, std::string_view name) {
+  Query select(connection, kSelectByName);
+  select.BindText(name);
+  SEMMAP_ASSIGN_OR_RETURN(const bool found, select.Step());
+  if (!found) return absl::NotFoundError(absl::StrCat("no map named ", std::string(name)));
+  return ReadRow(connection, select);
+}
+
+absl::StatusOr<MapInfo> ReadMap(Connection& connection, MapId map) {
+  Query select(connection, kSelectById);
+  select.Bind(map);
+  SEMMAP_ASSIGN_OR_RETURN(const bool found, select.Step());
+  if (!found) return NoSuchMap(map);
+  return ReadRow(connection, select);
+}
+
+absl::StatusOr<std::vector<MapInfo>> ReadMaps(Connection& connection, const MapListQuery& query) {
+  Query select(connection, kSelectPage);
+  // A negative limit is none.
+  select.BindText(query.after).Bind(query.limit == 0 ? -1 : static_cast<int64_t>(query.limit));
+  std::vector<MapInfo> maps;
+  while (true) {
+    SEMMAP_ASSIGN_OR_RETURN(const bool row, select.Step());
+    if (!row) return maps;
+    SEMMAP_ASSIGN_OR_RETURN(maps.emplace_back(), ReadRow(connection, select));
+  }
+}
+
+absl::Status RequireMap(Connection& connection, MapId map) {
+  SEMMAP_ASSIGN_OR_RETURN(const int64_t exists, QueryInteger(connection, kSelectExists, map));
+  return exists != 0 ? absl::OkStatus() : NoSuchMap(map);
+}
+
+absl::Status UpdateAnchor(Connection& connection, MapId map, const std::optional<GeoAnchor>& anchor) {
+  SEMMAP_RETURN_IF_ERROR(RequireMap(connection, map));
+  Query update(connection, kUpdateAnchor);
+  Blob enu_from_map;
+  if (anchor.has_value()) {
+    enu_from_map = EncodeSim3(anchor->enu_from_map);
+    update.Bind(anchor->latitude_deg)
+        .Bind(anchor->longitude_deg)
+        .Bind(anchor->altitude_m)
+        .BindBlob(enu_from_map);
+  } else {
+    update.BindNull().BindNull().BindNull().BindNull();
+  }
+  return update.Bind(map).Run();
+}
+
+absl::Status UpdateGrowth(Connection& connection, MapId map, const MapGrowth& growth) {
+  return RunQuery(connection, kUpdateGrowth, growth.keyframes, growth.points, growth.last_keyframe_id,
+                  growth.last_point_id, map);
+}
+
+}  // namespace semmap::storage::sqlite

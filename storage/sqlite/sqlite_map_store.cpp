@@ -1,0 +1,250 @@
+#include "storage/sqlite/sqlite_map_store.h"
+
+#include <array>
+#include <fstream>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "absl/synchronization/mutex.h"
+#include "slam/common/status_macros.h"
+#include "storage/sqlite/connection.h"
+#include "storage/sqlite/delta_writer.h"
+#include "storage/sqlite/frame_rows.h"
+#include "storage/sqlite/integrity_check.h"
+#include "storage/sqlite/keyframe_rows.h"
+#include "storage/sqlite/map_rows.h"
+#include "storage/sqlite/migrations.h"
+#include "storage/sqlite/point_rows.h"
+#include "storage/sqlite/reader_pool.h"
+#include "storage/sqlite/session_rows.h"
+#include "storage/sqlite/summary.h"
+#include "storage/sqlite/transaction.h"
+#include "storage/validation.h"
+
+namespace semmap::storage::sqlite {
+namespace {
+
+class SqliteMapStore final : public MapStore {
+ public:
+  SqliteMapStore(std::unique_ptr<Connection> writer, const ConnectionOptions& options, int max_readers)
+      : writer_(std::move(writer)), readers_(options, max_readers) {}
+
+  // Ends the deletions that a crash cut short.
+  absl::Status FinishDeletions() {
+    std::vector<MapId> hidden;
+    SEMMAP_RETURN_IF_ERROR(Write([&](Connection& connection) -> absl::Status {
+      SEMMAP_ASSIGN_OR_RETURN(hidden, HiddenMaps(connection));
+      return absl::OkStatus();
+    }));
+    for (const MapId map : hidden) SEMMAP_RETURN_IF_ERROR(Purge(map));
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<MapInfo> CreateMap(const NewMap& map) override {
+    SEMMAP_RETURN_IF_ERROR(ValidateNewMap(map));
+    return Write([&](Connection& connection) -> absl::StatusOr<MapInfo> {
+      SEMMAP_ASSIGN_OR_RETURN(const MapId id, InsertMap(connection, map));
+      return ReadMap(connection, id);
+    });
+  }
+
+  absl::StatusOr<MapInfo> GetMap(std::string_view name) override {
+    return Read([&](Connection& connection) { return ReadMap(connection, name); });
+  }
+
+  absl::StatusOr<MapInfo> GetMap(MapId map) override {
+    return Read([&](Connection& connection) { return ReadMap(connection, map); });
+  }
+
+  absl::StatusOr<std::vector<MapInfo>> ListMaps(const MapListQuery& query) override {
+    return Read([&](Connection& connection) { return ReadMaps(connection, query); });
+  }
+
+  absl::Status DeleteMap(MapId map) override {
+    SEMMAP_RETURN_IF_ERROR(Write([&](Connection& connection) { return HideMap(connection, map); }));
+    return Purge(map);
+  }
+
+  absl::Status SetAnchor(MapId map, const std::optional<GeoAnchor>& anchor) override {
+    if (anchor.has_value()) SEMMAP_RETURN_IF_ERROR(ValidateAnchor(*anchor));
+    return Write([&](Connection& connection) { return UpdateAnchor(connection, map, anchor); });
+  }
+
+  absl::StatusOr<SessionInfo> StartSession(const NewSession& session) override {
+    SEMMAP_RETURN_IF_ERROR(ValidateNewSession(session));
+    return Write([&](Connection& connection) -> absl::StatusOr<SessionInfo> {
+      SEMMAP_ASSIGN_OR_RETURN(const SessionId id, InsertSession(connection, session));
+      return ReadSession(connection, session.map, id);
+    });
+  }
+
+  absl::Status UpdateSession(MapId map, SessionId session, const SessionCounters& counters) override {
+    SEMMAP_RETURN_IF_ERROR(ValidateCounters(counters));
+    return Write([&](Connection& connection) { return UpdateCounters(connection, map, session, counters); });
+  }
+
+  absl::Status EndSession(MapId map, SessionId session, TimestampNs ended_at,
+                          const SessionCounters& counters) override {
+    SEMMAP_RETURN_IF_ERROR(ValidateCounters(counters));
+    return Write([&](Connection& connection) -> absl::Status {
+      SEMMAP_RETURN_IF_ERROR(CloseSession(connection, map, session, ended_at));
+      return UpdateCounters(connection, map, session, counters);
+    });
+  }
+
+  absl::StatusOr<SessionInfo> GetSession(MapId map, SessionId session) override {
+    return Read([&](Connection& connection) { return ReadSession(connection, map, session); });
+  }
+
+  absl::StatusOr<SessionInfo> GetSession(std::string_view name) override {
+    return Read([&](Connection& connection) { return ReadSession(connection, name); });
+  }
+
+  absl::StatusOr<std::vector<SessionInfo>> ListSessions(MapId map, SessionId after, size_t limit) override {
+    return Read([&](Connection& connection) { return ReadSessions(connection, map, after, limit); });
+  }
+
+  absl::Status Apply(MapId map, SessionId session, const MapDelta& delta) override {
+    SEMMAP_RETURN_IF_ERROR(ValidateDelta(delta));
+    return Write([&](Connection& connection) { return WriteDelta(connection, map, session, delta); });
+  }
+
+  absl::Status ForEachMapPoint(MapId map, const MapPointQuery& query, const MapPointVisitor& visit) override {
+    SEMMAP_RETURN_IF_ERROR(ValidateBox(query.box));
+    return ReadOfMap(map, [&](Connection& connection) { return VisitPoints(connection, map, query, visit); });
+  }
+
+  absl::StatusOr<std::vector<MapPointRecord>> GetMapPoints(MapId map,
+                                                           std::span<const MapPointId> ids) override {
+    return ReadOfMap(map, [&](Connection& connection) { return ReadPoints(connection, map, ids); });
+  }
+
+  absl::Status ForEachKeyFrame(MapId map, const KeyFrameQuery& query, const KeyFrameVisitor& visit) override {
+    SEMMAP_RETURN_IF_ERROR(ValidateBox(query.box));
+    return ReadOfMap(map,
+                     [&](Connection& connection) { return VisitKeyFrames(connection, map, query, visit); });
+  }
+
+  absl::StatusOr<KeyFrameEntry> GetKeyFrame(MapId map, KeyFrameId keyframe) override {
+    return ReadOfMap(map, [&](Connection& connection) { return ReadKeyFrame(connection, map, keyframe); });
+  }
+
+  absl::StatusOr<KeyFrameObservations> GetObservations(MapId map, KeyFrameId keyframe) override {
+    return ReadOfMap(map,
+                     [&](Connection& connection) { return ReadObservations(connection, map, keyframe); });
+  }
+
+  absl::Status ForEachTrajectoryPose(MapId map, const TrajectoryQuery& query,
+                                     const TrajectoryVisitor& visit) override {
+    return ReadOfMap(map,
+                     [&](Connection& connection) { return VisitTrajectory(connection, map, query, visit); });
+  }
+
+  absl::StatusOr<MapSummary> Summarize(MapId map) override {
+    return Read([&](Connection& connection) { return SummarizeMap(connection, map); });
+  }
+
+  absl::StatusOr<std::vector<IntegrityFinding>> CheckIntegrity(MapId map, size_t max_findings) override {
+    return Read([&](Connection& connection) { return CheckMapIntegrity(connection, map, max_findings); });
+  }
+
+  absl::StatusOr<uint64_t> DatabaseBytes() override {
+    return Read([](Connection& connection) { return sqlite::DatabaseBytes(connection); });
+  }
+
+ private:
+  static const absl::Status& StatusOf(const absl::Status& status) { return status; }
+  template <typename T>
+  static const absl::Status& StatusOf(const absl::StatusOr<T>& result) {
+    return result.status();
+  }
+
+  // Runs work(connection), which answers a Status or StatusOr, as one transaction: committed when it
+  // succeeds.
+  template <typename Work>
+  auto Write(Work&& work) -> decltype(work(std::declval<Connection&>())) {
+    absl::MutexLock lock(&writer_mutex_);
+    SEMMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(*writer_, Transaction::Kind::kWrite));
+    auto result = work(*writer_);
+    SEMMAP_RETURN_IF_ERROR(StatusOf(result));
+    SEMMAP_RETURN_IF_ERROR(transaction.Commit());
+    return result;
+  }
+
+  // Runs work(connection) on a snapshot.
+  template <typename Work>
+  auto Read(Work&& work) -> decltype(work(std::declval<Connection&>())) {
+    SEMMAP_ASSIGN_OR_RETURN(ReaderPool::Lease lease, readers_.Read());
+    return work(lease.connection());
+  }
+
+  template <typename Work>
+  auto ReadOfMap(MapId map, Work&& work) -> decltype(work(std::declval<Connection&>())) {
+    return Read([&](Connection& connection) -> decltype(work(connection)) {
+      SEMMAP_RETURN_IF_ERROR(RequireMap(connection, map));
+      return work(connection);
+    });
+  }
+
+  absl::Status Purge(MapId map) {
+    bool done = false;
+    while (!done) {
+      SEMMAP_RETURN_IF_ERROR(Write([&](Connection& connection) -> absl::Status {
+        SEMMAP_ASSIGN_OR_RETURN(done, PurgeStep(connection, map));
+        return absl::OkStatus();
+      }));
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Mutex writer_mutex_;
+  const std::unique_ptr<Connection> writer_ ABSL_PT_GUARDED_BY(writer_mutex_);
+  ReaderPool readers_;
+};
+
+absl::StatusOr<std::string> PathOf(const std::string& uri) {
+  absl::string_view path = uri;
+  if (!absl::ConsumePrefix(&path, "sqlite:"))
+    return absl::InvalidArgumentError(absl::StrCat("no sqlite uri: ", uri));
+  absl::ConsumePrefix(&path, "//");
+  // SQLite gives a meaning of its own to ":memory:" and "file:".
+  if (path.empty() || path.front() == ':' || absl::StartsWith(path, "file:") ||
+      absl::StrContains(path, '\0')) {
+    return absl::InvalidArgumentError(absl::StrCat("no path of a file in uri ", uri));
+  }
+  return std::string(path);
+}
+
+// Tells a file of another kind from a damaged database before SQLite writes a byte to it.
+absl::Status CheckHeader(const std::string& path) {
+  constexpr std::string_view kMagic("SQLite format 3\0", 16);
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, kMagic.size()> header{};
+  if (!file.is_open() || !file.read(header.data(), 1))
+    return absl::OkStatus();  // new, or for SQLite to complain of
+  file.read(header.data() + 1, header.size() - 1);
+  if (std::string_view(header.data(), header.size()) == kMagic) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(path, " is no database"));
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteMapStore(const StorageConfig& config) {
+  SEMMAP_ASSIGN_OR_RETURN(const std::string path, PathOf(config.uri));
+  SEMMAP_RETURN_IF_ERROR(CheckHeader(path));
+  ConnectionOptions options;
+  options.path = path;
+  options.full_synchronous = config.synchronous == "full";
+  options.busy_timeout_ms = config.busy_timeout_ms;
+  options.cache_mb = config.cache_mb;
+  SEMMAP_ASSIGN_OR_RETURN(std::unique_ptr<Connection> writer, Connection::Open(options));
+  SEMMAP_RETURN_IF_ERROR(MigrateDatabase(*writer, EmbeddedMigrations()));
+  auto store = std::make_unique<SqliteMapStore>(std::move(writer), options, config.max_readers);
+  SEMMAP_RETURN_IF_ERROR(store->FinishDeletions());
+  return store;
+}
+
+}  // namespace semmap::storage::sqlite

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "absl/status/status.h"
+#include "slam/map/map_delta.h"
+#include "storage/map_store.h"
+
+// What any backend refuses before it touches its database: values that could not be stored exactly or read
+// back. Whether the things named exist is for the backend to see. All answer OK or INVALID_ARGUMENT naming
+// the value.
+namespace semmap::storage {
+
+// Ids of keyframes and points are below this, so that (map, thing) fits one 64-bit key of a spatial index.
+constexpr uint64_t kIdLimit = uint64_t{1} << 40;
+constexpr uint64_t kMapIdLimit = uint64_t{1} << 23;
+
+absl::Status ValidateDelta(const MapDelta& delta);
+absl::Status ValidateNewMap(const NewMap& map);
+absl::Status ValidateNewSession(const NewSession& session);
+absl::Status ValidateAnchor(const GeoAnchor& anchor);
+absl::Status ValidateCounters(const SessionCounters& counters);
+// Not empty, finite.
+absl::Status ValidateBox(const std::optional<Eigen::AlignedBox3d>& box);
+
+}  // namespace semmap::storage
