@@ -8,6 +8,11 @@
 namespace semmap {
 namespace {
 
+// With one the spread is the most even, but many a corner is so weak that other frames do not show it; with
+// more there are more matches on fewer parts of the image. Four gives a tenth more matches for a tenth fewer
+// parts.
+constexpr double kCornersPerCell = 4;
+
 bool Stronger(const Corner& a, const Corner& b) {
   if (a.score != b.score) return a.score > b.score;
   return a.y != b.y ? a.y < b.y : a.x < b.x;
@@ -20,7 +25,7 @@ bool Weaker(const Corner& a, const Corner& b) { return a.score < b.score; }
 void CornerSpread::SortIntoCells(const std::vector<Corner>& corners, const Region& region, int wanted) {
   const int width = region.max_x - region.min_x;
   const int height = region.max_y - region.min_y;
-  const double side = std::sqrt(static_cast<double>(width) * height / wanted);
+  const double side = std::sqrt(kCornersPerCell * width * height / wanted);
   const int columns = std::max(1, static_cast<int>(width / side));
   const int rows = std::max(1, static_cast<int>(height / side));
   column_of_x_.resize(width);

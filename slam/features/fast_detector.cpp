@@ -11,10 +11,8 @@ namespace semmap {
 namespace {
 
 constexpr int kCircle = 16;
-// Score rows begin after this many zero bytes, so that the first pixel has a left neighbour.
-constexpr int kLead = 64;
 constexpr int kLanes = ByteVector::kLanes;
-static_assert(kLanes <= FastDetector::kOverread && kLanes <= kLead);
+static_assert(kLanes <= FastDetector::kOverread);
 
 // Byte offsets of the circle's pixels, clockwise from the top.
 std::array<ptrdiff_t, kCircle> CircleOffsets(ptrdiff_t step) {
@@ -81,68 +79,84 @@ inline ByteVector DarkScore(const CircleReader& circle, ByteVector middle) {
   return BestArc(difference);
 }
 
-// Appends the local maxima of a row of scores. Of equal neighbours the first counts.
-void AppendMaxima(const uint8_t* above, const uint8_t* scores, const uint8_t* below, int count,
-                  uint8_t threshold, int first_x, int y, std::vector<Corner>* corners) {
-  const ByteVector floor = ByteVector::All(threshold);
-  for (int i = 0; i < count; i += kLanes) {
-    const ByteVector score = ByteVector::Load(scores + i);
-    if (Greater(score, floor) == 0) continue;
-    const ByteVector before = Max(Max(ByteVector::Load(above + i - 1), ByteVector::Load(above + i)),
-                                  Max(ByteVector::Load(above + i + 1), ByteVector::Load(scores + i - 1)));
-    const ByteVector after = Max(Max(ByteVector::Load(below + i - 1), ByteVector::Load(below + i)),
-                                 Max(ByteVector::Load(below + i + 1), ByteVector::Load(scores + i + 1)));
-    const ByteVector::Mask not_maximum = Greater(after, score);
-    auto maxima = static_cast<ByteVector::Mask>(Greater(score, Max(before, floor)) & ~not_maximum);
-    for (; maxima != 0; maxima &= static_cast<ByteVector::Mask>(maxima - 1)) {
-      const int lane = i + std::countr_zero(maxima);
-      corners->push_back({static_cast<uint16_t>(first_x + lane), static_cast<uint16_t>(y), scores[lane]});
-    }
-  }
-}
-
-}  // namespace
-
-void FastDetector::ScoreRow(const uint8_t* row, ptrdiff_t step, int count, int threshold,
-                            uint8_t* scores) const {
+// Scores a row of `count` pixels: what each score exceeds `threshold` by.
+void ScoreRow(const uint8_t* row, ptrdiff_t step, int count, uint8_t threshold, uint8_t* scores) {
   const std::array<ptrdiff_t, kCircle> offsets = CircleOffsets(step);
-  const ByteVector floor = ByteVector::All(static_cast<uint8_t>(threshold));
+  const ByteVector floor = ByteVector::All(threshold);
   for (int i = 0; i < count; i += kLanes) {
     const CircleReader circle{row + i, offsets};
     const ByteVector middle = ByteVector::Load(row + i);
     ByteVector score = ByteVector::Zero();
     if (MayBeBright(circle, middle, floor)) score = BrightScore(circle, middle);
     if (MayBeDark(circle, middle, floor)) score = Max(score, DarkScore(circle, middle));
-    score.Store(scores + i);
+    Excess(score, floor).Store(scores + i);
   }
-  // What the last vector saw beyond the region is no score.
+  // The frame; what the last vector saw beyond the region is no score.
+  scores[-1] = 0;
   std::fill_n(scores + count, kLanes, uint8_t{0});
+}
+
+// Appends the local maxima of a row of scores. Of equal neighbours the first counts.
+void AppendMaxima(const uint8_t* scores, ptrdiff_t row_bytes, int count, int threshold,
+                  const cv::Point& first, std::vector<Corner>* corners) {
+  const uint8_t* above = scores - row_bytes;
+  const uint8_t* below = scores + row_bytes;
+  for (int i = 0; i < count; i += kLanes) {
+    const ByteVector score = ByteVector::Load(scores + i);
+    if (Greater(score, ByteVector::Zero()) == 0) continue;
+    const ByteVector before = Max(Max(ByteVector::Load(above + i - 1), ByteVector::Load(above + i)),
+                                  Max(ByteVector::Load(above + i + 1), ByteVector::Load(scores + i - 1)));
+    const ByteVector after = Max(Max(ByteVector::Load(below + i - 1), ByteVector::Load(below + i)),
+                                 Max(ByteVector::Load(below + i + 1), ByteVector::Load(scores + i + 1)));
+    auto maxima = static_cast<ByteVector::Mask>(Greater(score, before) & ~Greater(after, score));
+    for (; maxima != 0; maxima &= static_cast<ByteVector::Mask>(maxima - 1)) {
+      const int lane = i + std::countr_zero(maxima);
+      corners->push_back({static_cast<uint16_t>(first.x + lane), static_cast<uint16_t>(first.y),
+                          static_cast<uint8_t>(scores[lane] + threshold)});
+    }
+  }
+}
+
+// Where a parabola through three neighbouring scores has its maximum, relative to the middle one, which is
+// the greatest.
+float ParabolaMaximum(int before, int middle, int after) {
+  const int curvature = 2 * middle - before - after;
+  return curvature > 0 ? 0.5F * static_cast<float>(after - before) / static_cast<float>(curvature) : 0.0F;
+}
+
+}  // namespace
+
+// Makes room for the scores of a region, with a frame of zeros above and below.
+void FastDetector::LayOut(const cv::Rect& region) {
+  region_ = region;
+  row_bytes_ = kLead + region.width + 2 * kLanes;
+  const size_t bytes = static_cast<size_t>(row_bytes_) * (region.height + 2);
+  if (scores_.size() < bytes) scores_.resize(bytes);
+  std::fill_n(ScoreRowOf(region.y - 1) - kLead, row_bytes_, uint8_t{0});
+  std::fill_n(ScoreRowOf(region.y + region.height) - kLead, row_bytes_, uint8_t{0});
 }
 
 void FastDetector::Detect(const cv::Mat& image, const cv::Rect& region, int threshold,
                           std::vector<Corner>* corners) {
   corners->clear();
   if (region.empty()) return;
+  LayOut(region);
   const auto step = static_cast<ptrdiff_t>(image.step[0]);
-  const int row_bytes = kLead + region.width + 2 * kLanes;
-  scores_.assign(3 * static_cast<size_t>(row_bytes), 0);
-  uint8_t* above = scores_.data() + kLead;
-  uint8_t* current = above + row_bytes;
-  uint8_t* below = current + row_bytes;
-  const uint8_t floor = static_cast<uint8_t>(threshold);
-  // `below` is scored one row ahead of the row whose maxima are taken.
+  // Maxima are taken one row behind the scores, while these are at hand.
   for (int y = region.y; y <= region.y + region.height; ++y) {
     if (y < region.y + region.height) {
-      ScoreRow(image.ptr(y, region.x), step, region.width, threshold, below);
-    } else {
-      std::fill_n(below, region.width + kLanes, uint8_t{0});
+      ScoreRow(image.ptr(y, region.x), step, region.width, static_cast<uint8_t>(threshold), ScoreRowOf(y));
     }
-    AppendMaxima(above, current, below, region.width, floor, region.x, y - 1, corners);
-    uint8_t* oldest = above;
-    above = current;
-    current = below;
-    below = oldest;
+    if (y > region.y)
+      AppendMaxima(ScoreRowOf(y - 1), row_bytes_, region.width, threshold, {region.x, y - 1}, corners);
   }
+}
+
+cv::Point2f FastDetector::SubPixelOffset(const Corner& corner) const {
+  const ptrdiff_t row = corner.y - region_.y + 1;
+  const uint8_t* score = scores_.data() + row * row_bytes_ + kLead + corner.x - region_.x;
+  return {ParabolaMaximum(score[-1], score[0], score[1]),
+          ParabolaMaximum(score[-row_bytes_], score[0], score[row_bytes_])};
 }
 
 }  // namespace semmap

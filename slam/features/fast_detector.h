@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -23,10 +24,23 @@ class FastDetector {
   // away from the borders of `image` (CV_8UC1, kOverread readable bytes after each row).
   void Detect(const cv::Mat& image, const cv::Rect& region, int threshold, std::vector<Corner>* corners);
 
- private:
-  void ScoreRow(const uint8_t* row, ptrdiff_t step, int count, int threshold, uint8_t* scores) const;
+  // Where between the pixels the score of a corner of the last Detect has its maximum: from the corner, at
+  // most half a pixel in x and in y; a parabola through the scores of neighbours.
+  cv::Point2f SubPixelOffset(const Corner& corner) const;
 
-  std::vector<uint8_t> scores_;  // three rows, used in turn
+ private:
+  void LayOut(const cv::Rect& region);
+  uint8_t* ScoreRowOf(int y) {
+    return scores_.data() + static_cast<ptrdiff_t>(y - region_.y + 1) * row_bytes_ + kLead;
+  }
+
+  // Bytes before each row of scores; the last is zero, the left neighbour of the first pixel.
+  static constexpr int kLead = 64;
+
+  cv::Rect region_;
+  ptrdiff_t row_bytes_ = 0;
+  // What the scores of the region exceed the threshold by, within a frame of zeros.
+  std::vector<uint8_t> scores_;
 };
 
 }  // namespace semmap

@@ -55,11 +55,10 @@ struct OrbExtractor::State {
         scale_info(orb_config.levels, orb_config.scale_factor),
         shares(ShareOfLevels(orb_config.features, orb_config.levels, orb_config.scale_factor)),
         pyramid(orb_config.levels, orb_config.scale_factor),
-        level_corners(orb_config.levels),
         brief(pattern) {}
 
-  void DetectLevel(int level, int wanted);
-  void DescribeLevel(int level, FrameFeatures* features);
+  int ExtractLevel(int level, int wanted, FrameFeatures* features);
+  void Describe(int level, FrameFeatures* features);
 
   OrbConfig config;
   ScalePyramidInfo scale_info;
@@ -67,40 +66,43 @@ struct OrbExtractor::State {
   ImagePyramid pyramid;
   Smoother smoother;
   cv::Mat smoothed;  // one level at a time
-  std::vector<std::vector<Corner>> level_corners;
   std::vector<Corner> corners;
+  std::vector<Corner> selected;
   FastDetector detector;
   CornerSpread spread;
   SteeredBrief brief;
 };
 
-void OrbExtractor::State::DetectLevel(int level, int wanted) {
+// Appends at most `wanted` features of a level; returns how many.
+int OrbExtractor::State::ExtractLevel(int level, int wanted, FrameFeatures* features) {
   const cv::Mat& image = pyramid.levels()[level];
-  level_corners[level].clear();
-  if (image.cols < kMinLevelSide || image.rows < kMinLevelSide) return;
+  if (image.cols < kMinLevelSide || image.rows < kMinLevelSide) return 0;
   const CornerSpread::Region region{kMargin, kMargin, image.cols - kMargin, image.rows - kMargin};
   detector.Detect(image, {kMargin, kMargin, image.cols - 2 * kMargin, image.rows - 2 * kMargin},
                   config.min_fast_threshold, &corners);
-  spread.Select(corners, region, wanted, config.fast_threshold, &level_corners[level]);
+  spread.Select(corners, region, wanted, config.fast_threshold, &selected);
+  if (!selected.empty()) Describe(level, features);
+  return static_cast<int>(selected.size());
 }
 
-void OrbExtractor::State::DescribeLevel(int level, FrameFeatures* features) {
-  if (level_corners[level].empty()) return;
+void OrbExtractor::State::Describe(int level, FrameFeatures* features) {
   const cv::Mat& image = pyramid.levels()[level];
   cv::Mat smooth = smoothed(cv::Rect({0, 0}, image.size()));
   smoother.Smooth(image, &smooth);
+  const auto step = static_cast<ptrdiff_t>(image.step[0]);
+  const auto smooth_step = static_cast<ptrdiff_t>(smooth.step[0]);
   // Resizing maps the image's outer edges onto each other, not the centres of the first pixels.
   const float scale_x = static_cast<float>(pyramid.levels()[0].cols) / static_cast<float>(image.cols);
   const float scale_y = static_cast<float>(pyramid.levels()[0].rows) / static_cast<float>(image.rows);
-  for (const Corner& corner : level_corners[level]) {
+  for (const Corner& corner : selected) {
+    const cv::Point2f offset = detector.SubPixelOffset(corner);
     Keypoint keypoint;
-    keypoint.x = (static_cast<float>(corner.x) + 0.5F) * scale_x - 0.5F;
-    keypoint.y = (static_cast<float>(corner.y) + 0.5F) * scale_y - 0.5F;
+    keypoint.x = (static_cast<float>(corner.x) + offset.x + 0.5F) * scale_x - 0.5F;
+    keypoint.y = (static_cast<float>(corner.y) + offset.y + 0.5F) * scale_y - 0.5F;
     keypoint.octave = static_cast<uint8_t>(level);
-    keypoint.angle =
-        IntensityCentroidAngle(image.ptr(corner.y, corner.x), static_cast<ptrdiff_t>(image.step[0]));
+    keypoint.angle = IntensityCentroidAngle(image.ptr(corner.y, corner.x), step);
     features->keypoints.push_back(keypoint);
-    brief.Compute(smooth.ptr(corner.y, corner.x), static_cast<ptrdiff_t>(smooth.step[0]), keypoint.angle,
+    brief.Compute(smooth.ptr(corner.y, corner.x), smooth_step, keypoint.angle,
                   &features->descriptors.emplace_back());
   }
 }
@@ -126,10 +128,8 @@ void OrbExtractor::Extract(const cv::Mat& grey, FrameFeatures* features) {
   int missing = 0;
   for (int level = state_->config.levels - 1; level >= 0; --level) {
     const int wanted = state_->shares[level] + missing;
-    state_->DetectLevel(level, wanted);
-    missing = wanted - static_cast<int>(state_->level_corners[level].size());
+    missing = wanted - state_->ExtractLevel(level, wanted, features);
   }
-  for (int level = 0; level < state_->config.levels; ++level) state_->DescribeLevel(level, features);
 }
 
 const std::vector<cv::Mat>& OrbExtractor::pyramid() const { return state_->pyramid.levels(); }

@@ -19,8 +19,8 @@ constexpr int kShifts = 2 * kPatchSearch + 1;
 constexpr int kLanes = 16;
 static_assert(kSide <= kLanes);
 
-// How much better than the mean over the search range the best place has to be.
-constexpr int kMinContrast = 2;
+// How bad, against the mean over the search range, the best place may be.
+constexpr float kMaxShareOfMean = 0.75F;
 
 using Scores = std::array<int, kShifts>;
 
@@ -83,7 +83,8 @@ std::optional<PatchMatch> FindPatchInRow(const cv::Mat& left, const cv::Mat& rig
   const int best = static_cast<int>(std::min_element(scores.begin(), scores.end()) - scores.begin());
   if (best == 0 || best == kShifts - 1) return {};
   // Along a horizontal edge, or between different things, no place is much better than the others.
-  if (kMinContrast * scores[best] * kShifts > std::accumulate(scores.begin(), scores.end(), 0)) return {};
+  const int sum = std::accumulate(scores.begin(), scores.end(), 0);
+  if (static_cast<float>(scores[best] * kShifts) > kMaxShareOfMean * static_cast<float>(sum)) return {};
   const float offset = ParabolaMinimum(scores[best - 1], scores[best], scores[best + 1]);
   return PatchMatch{static_cast<float>(guess_x + best - kPatchSearch) + offset, scores[best]};
 }

@@ -68,9 +68,10 @@ TEST(CornerSpread, PrefersTheStrongestOfACell) {
 TEST(CornerSpread, WeakCornersCountOnlyWhereThereIsNoStrongOne) {
   // Two cells of 200 pixels each.
   const std::vector<Corner> corners = {{20, 20, 30}, {30, 30, 10}, {300, 20, 12}, {310, 90, 9}};
-  EXPECT_THAT(Select(corners, 2), testing::UnorderedElementsAre(Corner{20, 20, 30}, Corner{300, 20, 12}));
+  EXPECT_THAT(Select(corners, 8),
+              testing::UnorderedElementsAre(Corner{20, 20, 30}, Corner{300, 20, 12}, Corner{310, 90, 9}));
   // With more cells than that every corner is alone.
-  EXPECT_EQ(Select(corners, 2000).size(), 4u);
+  EXPECT_EQ(Select(corners, 8000).size(), 4u);
 }
 
 TEST(CornerSpread, OrderOfTheInputIsIrrelevantToTheChoiceByScore) {

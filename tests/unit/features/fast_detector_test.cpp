@@ -1,6 +1,7 @@
 #include "slam/features/fast_detector.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -85,6 +86,30 @@ TEST(FastDetector, SaturatedContrast) {
   FastDetector().Detect(WithSlack(image, 0), {3, 3, 58, 58}, 20, &corners);
   ASSERT_EQ(corners.size(), 1u);
   EXPECT_EQ(corners[0], (Corner{30, 30, 255}));
+}
+
+TEST(FastDetector, SubPixelOffsetFollowsTheNeighboursScores) {
+  const cv::Mat image = WithSlack(test::TexturedImage({150, 90}, 4), 0);
+  const cv::Rect region(5, 4, 131, 77);
+  constexpr int kThreshold = 12;
+  FastDetector detector;
+  std::vector<Corner> corners;
+  detector.Detect(image, region, kThreshold, &corners);
+  ASSERT_GT(corners.size(), 50u);
+  const auto excess = [&](int x, int y) {
+    return region.contains({x, y}) ? std::max(0, ScoreByDefinition(image, x, y) - kThreshold) : 0;
+  };
+  const auto vertex = [](double before, double middle, double after) {
+    return middle == before && middle == after ? 0 : (after - before) / (2 * (2 * middle - before - after));
+  };
+  for (const Corner& corner : corners) {
+    const int x = corner.x;
+    const int y = corner.y;
+    const cv::Point2f offset = detector.SubPixelOffset(corner);
+    EXPECT_NEAR(offset.x, vertex(excess(x - 1, y), excess(x, y), excess(x + 1, y)), 1e-6);
+    EXPECT_NEAR(offset.y, vertex(excess(x, y - 1), excess(x, y), excess(x, y + 1)), 1e-6);
+    EXPECT_LE(std::max(std::abs(offset.x), std::abs(offset.y)), 0.5F);
+  }
 }
 
 TEST(FastDetector, EmptyRegion) {
