@@ -81,4 +81,15 @@ double SE3::RotationAngle() const { return LogSO3(rotation_).norm(); }
 
 bool SE3::IsFinite() const { return rotation_.coeffs().allFinite() && translation_.allFinite(); }
 
+Sim3 Sim3::operator*(const Sim3& other) const {
+  const Eigen::Vector3d translation = *this * other.rigid.translation();
+  return {scale * other.scale, SE3(rigid.rotation() * other.rigid.rotation(), translation)};
+}
+
+Sim3 Sim3::Inverse() const {
+  const Eigen::Quaterniond inverse = rigid.rotation().conjugate();
+  const Eigen::Vector3d translation = -1.0 / scale * (inverse * rigid.translation());
+  return {1.0 / scale, SE3(inverse, translation)};
+}
+
 }  // namespace semmap

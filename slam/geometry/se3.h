@@ -66,6 +66,9 @@ struct Sim3 {
   Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
     return scale * (rigid.rotation() * point) + rigid.translation();
   }
+  Sim3 operator*(const Sim3& other) const;
+  // The scale must not be zero.
+  Sim3 Inverse() const;
 };
 
 }  // namespace semmap

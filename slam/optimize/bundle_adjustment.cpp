@@ -7,12 +7,12 @@
 #include <numeric>
 
 #include <ceres/evaluation_callback.h>
-#include <ceres/iteration_callback.h>
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
 #include "slam/optimize/bundle_costs.h"
+#include "slam/optimize/stop_callback.h"
 
 namespace semmap {
 namespace {
@@ -24,19 +24,6 @@ constexpr double kFunctionTolerance = 1e-4;
 constexpr double kParameterTolerance = 1e-7;
 // What an observation of a point behind its camera counts as.
 constexpr double kChi2Behind = 1e4;
-
-class StopCallback final : public ceres::IterationCallback {
- public:
-  explicit StopCallback(const std::atomic<bool>* stop) : stop_(stop) {}
-
-  bool Requested() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    return Requested() ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
-  }
-
- private:
-  const std::atomic<bool>* stop_;
-};
 
 // Computes each camera's matrices once for an evaluation instead of once for an observation.
 class CameraUpdater final : public ceres::EvaluationCallback {

@@ -100,5 +100,17 @@ TEST(Sim3, ScalesBeforeItMoves) {
   EXPECT_EQ(sim3 * Eigen::Vector3d(1, 1, 1), Eigen::Vector3d(3, 2, 2));
 }
 
+TEST(Sim3, ComposesAndInverts) {
+  std::mt19937 random(5);
+  for (int i = 0; i < 20; ++i) {
+    const Sim3 a{0.3 + i, SE3::Exp(RandomTangent(random, 2))};
+    const Sim3 b{2.0 / (1 + i), SE3::Exp(RandomTangent(random, 2))};
+    const Eigen::Vector3d point = RandomTangent(random, 5).head<3>();
+    EXPECT_LT(((a * b) * point - a * (b * point)).norm(), 1e-10);
+    EXPECT_LT((a.Inverse() * (a * point) - point).norm(), 1e-10);
+    EXPECT_NEAR((a * a.Inverse()).scale, 1, 1e-12);
+  }
+}
+
 }  // namespace
 }  // namespace semmap
