@@ -58,17 +58,13 @@ class Window {
     }
   }
 
-  // Two fixed cameras hold scale where no depth does; the oldest free ones give way.
-  void FixAtLeast(size_t wanted) {
-    size_t fixed = static_cast<size_t>(std::count_if(problem_.cameras.begin(), problem_.cameras.end(),
-                                                     [](const BundleCamera& c) { return c.fixed; }));
-    std::vector<std::pair<KeyFrameId, size_t>> free;
-    for (size_t i = 0; i < cameras_.size(); ++i) {
-      if (!problem_.cameras[i].fixed) free.emplace_back(cameras_[i], i);
-    }
-    std::sort(free.begin(), free.end());
-    for (size_t i = 0; i + 1 < free.size() && fixed < wanted; ++i, ++fixed)
-      problem_.cameras[free[i].second].fixed = true;
+  // Something has to hold the window in place. One camera does: the scale of a monocular window is free then, but the
+  // solver's damping keeps it, and two fixed cameras would keep the error of their own distance for ever.
+  void FixOne() {
+    const auto is_fixed = [](const BundleCamera& camera) { return camera.fixed; };
+    if (std::any_of(problem_.cameras.begin(), problem_.cameras.end(), is_fixed)) return;
+    const auto oldest = std::min_element(cameras_.begin(), cameras_.end());
+    problem_.cameras[static_cast<size_t>(oldest - cameras_.begin())].fixed = true;
   }
 
   BundleSummary Solve(const BundleOptions& options) {
@@ -119,7 +115,7 @@ BundleSummary AdjustLocalMap(const MappingConfig& config, const ProjectionModel&
   for (const KeyFrameId id : free) window.AddCamera(id, !map->FindKeyFrame(id)->parent.IsValid());
   for (const KeyFrameId id : free) window.AddPointsOf(id);
   window.AddRim(static_cast<size_t>(config.max_fixed_keyframes));
-  window.FixAtLeast(model.focal_times_baseline > 0 ? 1 : 2);
+  window.FixOne();
   window.AddObservations();
   return window.Solve(MakeOptions(config, stop));
 }

@@ -55,7 +55,7 @@ SlamConfig SmallConfig(bool deterministic) {
   return config;
 }
 
-DriveResult Run(SensorType sensor, bool deterministic, Executor* executor) {
+DriveResult RunDrive(SensorType sensor, bool deterministic, Executor* executor) {
   TrajectoryCollector collector;
   auto session = Session::Create(SmallConfig(deterministic), SmallRig(sensor), &collector, executor);
   EXPECT_TRUE(session.ok()) << session.status();
@@ -83,7 +83,7 @@ double Error(const Trajectory& estimate, Alignment alignment) {
 }
 
 TEST(SessionTest, StereoTracksEveryFrame) {
-  const DriveResult result = Run(SensorType::kStereo, true, nullptr);
+  const DriveResult result = RunDrive(SensorType::kStereo, true, nullptr);
   EXPECT_EQ(result.tracked, kFrames);
   EXPECT_EQ(result.trajectory.size(), static_cast<size_t>(kFrames));
   EXPECT_LT(Error(result.trajectory, Alignment::kSe3), 0.02);
@@ -91,27 +91,27 @@ TEST(SessionTest, StereoTracksEveryFrame) {
 }
 
 TEST(SessionTest, DepthTracksEveryFrame) {
-  const DriveResult result = Run(SensorType::kRgbd, true, nullptr);
+  const DriveResult result = RunDrive(SensorType::kRgbd, true, nullptr);
   EXPECT_EQ(result.tracked, kFrames);
   EXPECT_LT(Error(result.trajectory, Alignment::kSe3), 0.02);
 }
 
 TEST(SessionTest, MonocularFindsShapeOfTheDrive) {
-  const DriveResult result = Run(SensorType::kMono, true, nullptr);
+  const DriveResult result = RunDrive(SensorType::kMono, true, nullptr);
   EXPECT_GE(result.tracked, kFrames - 6);
   EXPECT_LT(Error(result.trajectory, Alignment::kSim3), 0.03);
 }
 
 TEST(SessionTest, MapperInTheBackgroundIsAsGood) {
   const auto pool = MakeThreadPool(1);
-  const DriveResult result = Run(SensorType::kStereo, false, pool.get());
+  const DriveResult result = RunDrive(SensorType::kStereo, false, pool.get());
   EXPECT_EQ(result.tracked, kFrames);
   EXPECT_LT(Error(result.trajectory, Alignment::kSe3), 0.02);
 }
 
 TEST(SessionTest, SameInputGivesSameBytes) {
-  const Trajectory first = Run(SensorType::kMono, true, nullptr).trajectory;
-  const Trajectory second = Run(SensorType::kMono, true, nullptr).trajectory;
+  const Trajectory first = RunDrive(SensorType::kMono, true, nullptr).trajectory;
+  const Trajectory second = RunDrive(SensorType::kMono, true, nullptr).trajectory;
   ASSERT_EQ(first.size(), second.size());
   for (size_t i = 0; i < first.size(); ++i) {
     EXPECT_EQ(first.poses[i].map_from_camera.translation(), second.poses[i].map_from_camera.translation());
