@@ -1,0 +1,12 @@
+#pragma once
+
+#include <grpcpp/support/status.h>
+
+#include "absl/status/status.h"
+
+namespace semmap::client {
+
+// The status of a call with the reason that the server sent, if it sent one, as a payload (see errors.h).
+absl::Status FromGrpc(const grpc::Status& status);
+
+}  // namespace semmap::client
