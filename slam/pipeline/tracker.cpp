@@ -221,7 +221,10 @@ KeyFrameEvidence Tracker::GatherEvidence(const TrackedFrame& frame, const Mapper
   evidence.seconds_since_keyframe = ToSeconds(frame.timestamp - last_keyframe_time_);
   evidence.mapper_idle = mapper.idle;
   evidence.mapper_accepts = mapper.accepts_keyframe;
-  const uint32_t established = std::min(kEstablishedViews, static_cast<uint32_t>(view_->map_keyframes));
+  // A point with depth needs no second view to be good.
+  const uint32_t established = evidence.sensor != SensorType::kMono
+                                   ? 1
+                                   : std::min(kEstablishedViews, static_cast<uint32_t>(view_->map_keyframes));
   for (const int32_t point : view_->reference().point_of_keypoint) {
     if (point >= 0 && view_->observation_counts[point] >= established) ++evidence.reference_points;
   }
