@@ -4,6 +4,12 @@
 #include <array>
 
 namespace semmap {
+namespace {
+
+// More keyframes than the tracker can be behind the mapper.
+constexpr size_t kMaxHeirs = 1000;
+
+}  // namespace
 
 const KeyFrame* Map::FindKeyFrame(KeyFrameId id) const {
   const auto found = keyframes_.find(id);
@@ -172,6 +178,11 @@ void Map::RemoveKeyFrame(KeyFrameId id) {
   moved_keyframes_.erase(id);
   reobserved_keyframes_.erase(id);
   heirs_[id] = record;
+  removal_order_.push_back(id);
+  if (removal_order_.size() > kMaxHeirs) {
+    heirs_.erase(removal_order_.front());
+    removal_order_.pop_front();
+  }
   // A keyframe the sink never heard of needs no record there, except for frames that already refer to it.
   if (added_keyframes_.erase(id) == 0) removed_keyframes_.push_back(record);
 }
@@ -266,6 +277,7 @@ void Map::Clear() {
   keyframes_.clear();
   points_.clear();
   heirs_.clear();
+  removal_order_.clear();
   newest_keyframe_ = KeyFrameId();
   first_keyframe_ = KeyFrameId();
   added_keyframes_.clear();

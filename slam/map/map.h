@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <unordered_map>
 #include <unordered_set>
@@ -69,7 +70,8 @@ class Map {
 
   // What changed since the last call, ready for the sink; `frames` and `version` are the caller's to fill.
   MapDelta TakeDelta();
-  // Where the frames of a removed keyframe went; nullopt when `id` was never removed.
+  // Where the frames of a removed keyframe went; nullopt when `id` was never removed, or so long ago that no frame
+  // in flight can refer to it.
   std::optional<RemovedKeyFrame> FindHeir(KeyFrameId id) const;
 
  private:
@@ -90,8 +92,9 @@ class Map {
   uint64_t keyframe_counter_ = 0;
   KeyFrameId newest_keyframe_;
   KeyFrameId first_keyframe_;
-  // Heirs of the keyframes removed last; enough to resolve every frame still in flight.
+  // Heirs of the keyframes removed last, and in which order they went.
   std::unordered_map<KeyFrameId, RemovedKeyFrame, IdHash> heirs_;
+  std::deque<KeyFrameId> removal_order_;
 
   bool was_reset_ = false;
   IdSet<KeyFrameId> added_keyframes_;
