@@ -1,0 +1,83 @@
+// semmapd: the map service.
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
+
+#include "server/data_directory.h"
+#include "server/rpc/server.h"
+#include "slam/pipeline/session.h"
+
+namespace {
+
+using semmap::server::Config;
+using semmap::server::Server;
+
+struct Options {
+  std::string config_file;
+  std::string data_directory;
+  std::string listen;
+};
+
+// The signals that end the program, blocked in every thread: the main thread waits for them.
+sigset_t BlockEndSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  // A client that vanishes must not end the server.
+  std::signal(SIGPIPE, SIG_IGN);
+  return signals;
+}
+
+absl::StatusOr<Config> ReadConfig(const Options& options) {
+  Config config;
+  if (!options.config_file.empty()) {
+    auto from_file = Config::FromFile(options.config_file);
+    if (!from_file.ok()) return from_file.status();
+    config = std::move(from_file).value();
+  }
+  if (!options.listen.empty()) config.server.listen = options.listen;
+  if (!options.data_directory.empty()) {
+    const absl::Status status = semmap::server::UseDataDirectory(options.data_directory, &config.storage);
+    if (!status.ok()) return status;
+  }
+  return config;
+}
+
+int Fail(const absl::Status& status) {
+  std::fprintf(stderr, "semmapd: %s\n", std::string(status.message()).c_str());
+  return 1;
+}
+
+int Run(const Options& options) {
+  const sigset_t signals = BlockEndSignals();
+  const auto config = ReadConfig(options);
+  if (!config.ok()) return Fail(config.status());
+  spdlog::set_level(spdlog::level::from_str(config->server.log_level));
+  auto server = Server::Start(*config, &semmap::Session::Create);
+  if (!server.ok()) return Fail(server.status());
+  std::printf("listening on %s\n", (*server)->address().c_str());
+  std::fflush(stdout);
+  int signal = 0;
+  sigwait(&signals, &signal);
+  spdlog::info("stopping signal={}", signal);
+  (*server)->Drain();
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("semmap map service: vehicles stream frames and get poses, maps are kept in a database");
+  app.add_option("--config", options.config_file, "YAML configuration file")->check(CLI::ExistingFile);
+  app.add_option("--data", options.data_directory, "Directory of the database; created if it is not there");
+  app.add_option("--listen", options.listen, "HOST:PORT; port 0 takes any");
+  CLI11_PARSE(app, argc, argv);
+  return Run(options);
+}

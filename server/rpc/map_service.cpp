@@ -1,0 +1,106 @@
+#include "semmap/v1/map_service.grpc.pb.h"
+#include "server/handlers/map_handlers.h"
+#include "server/rpc/services.h"
+#include "server/rpc/streamed_call.h"
+#include "server/rpc/unary_call.h"
+
+namespace semmap::server {
+namespace {
+
+using Call = grpc::CallbackServerContext;
+using Unary = grpc::ServerUnaryReactor;
+
+// Refuses an upload at once.
+class RefusedImport : public grpc::ServerReadReactor<v1::ImportMapRequest> {
+ public:
+  RefusedImport() { Finish(ToGrpc(NotImplemented("ImportMap"))); }
+  void OnDone() override { delete this; }
+};
+
+class MapService : public v1::MapService::CallbackService {
+ public:
+  explicit MapService(CallRunner* runner) : runner_(*runner) {}
+
+  Unary* CreateMap(Call* call, const v1::CreateMapRequest* request, v1::Map* response) override {
+    return RunUnary(runner_, call, request, response, &server::CreateMap);
+  }
+  Unary* GetMap(Call* call, const v1::GetMapRequest* request, v1::Map* response) override {
+    return RunUnary(runner_, call, request, response, &server::GetMap);
+  }
+  Unary* ListMaps(Call* call, const v1::ListMapsRequest* request, v1::ListMapsResponse* response) override {
+    return RunUnary(runner_, call, request, response, &server::ListMaps);
+  }
+  Unary* DeleteMap(Call* call, const v1::DeleteMapRequest* request,
+                   google::protobuf::Empty* response) override {
+    return RunUnary(runner_, call, request, response, &server::DeleteMap);
+  }
+  Unary* GetMapSummary(Call* call, const v1::GetMapSummaryRequest* request,
+                       v1::MapSummary* response) override {
+    return RunUnary(runner_, call, request, response, &server::GetMapSummary);
+  }
+  Unary* QueryKeyFrames(Call* call, const v1::QueryKeyFramesRequest* request,
+                        v1::QueryKeyFramesResponse* response) override {
+    return RunUnary(runner_, call, request, response, &server::QueryKeyFrames);
+  }
+  grpc::ServerWriteReactor<v1::QueryMapPointsResponse>* QueryMapPoints(
+      Call* call, const v1::QueryMapPointsRequest* request) override {
+    return new StreamedCall<v1::QueryMapPointsRequest, v1::QueryMapPointsResponse>(  // NOLINT: deletes itself
+        runner_, call, request, &server::QueryMapPoints);
+  }
+  grpc::ServerWriteReactor<v1::GetTrajectoryResponse>* GetTrajectory(
+      Call* call, const v1::GetTrajectoryRequest* request) override {
+    return new StreamedCall<v1::GetTrajectoryRequest, v1::GetTrajectoryResponse>(  // NOLINT: deletes itself
+        runner_, call, request, &server::GetTrajectory);
+  }
+
+  // What later versions bring.
+  Unary* UpdateMap(Call* call, const v1::UpdateMapRequest*, v1::Map*) override {
+    return AnswerNotImplemented(call, "UpdateMap");
+  }
+  Unary* RenameMap(Call* call, const v1::RenameMapRequest*, v1::Map*) override {
+    return AnswerNotImplemented(call, "RenameMap");
+  }
+  grpc::ServerWriteReactor<v1::WatchMapResponse>* WatchMap(Call*, const v1::WatchMapRequest*) override {
+    return new RefusedStream<v1::WatchMapResponse>(NotImplemented("WatchMap"));  // NOLINT: deletes itself
+  }
+  grpc::ServerReadReactor<v1::ImportMapRequest>* ImportMap(Call*, v1::Operation*) override {
+    return new RefusedImport;  // NOLINT: deletes itself
+  }
+  Unary* ExportMap(Call* call, const v1::ExportMapRequest*, v1::Operation*) override {
+    return AnswerNotImplemented(call, "ExportMap");
+  }
+  grpc::ServerWriteReactor<v1::ReadArtifactResponse>* ReadArtifact(Call*,
+                                                                   const v1::ReadArtifactRequest*) override {
+    return new RefusedStream<v1::ReadArtifactResponse>(
+        NotImplemented("ReadArtifact"));  // NOLINT: deletes itself
+  }
+  Unary* MergeMaps(Call* call, const v1::MergeMapsRequest*, v1::Operation*) override {
+    return AnswerNotImplemented(call, "MergeMaps");
+  }
+  Unary* OptimizeMap(Call* call, const v1::OptimizeMapRequest*, v1::Operation*) override {
+    return AnswerNotImplemented(call, "OptimizeMap");
+  }
+  Unary* PruneMap(Call* call, const v1::PruneMapRequest*, v1::Operation*) override {
+    return AnswerNotImplemented(call, "PruneMap");
+  }
+  Unary* CopyMap(Call* call, const v1::CopyMapRequest*, v1::Operation*) override {
+    return AnswerNotImplemented(call, "CopyMap");
+  }
+  Unary* CheckMap(Call* call, const v1::CheckMapRequest*, v1::Operation*) override {
+    return AnswerNotImplemented(call, "CheckMap");
+  }
+  Unary* RepairMap(Call* call, const v1::RepairMapRequest*, v1::Operation*) override {
+    return AnswerNotImplemented(call, "RepairMap");
+  }
+
+ private:
+  CallRunner& runner_;
+};
+
+}  // namespace
+
+std::unique_ptr<grpc::Service> MakeMapService(CallRunner* runner) {
+  return std::make_unique<MapService>(runner);
+}
+
+}  // namespace semmap::server

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <memory>
+
+#include "absl/status/statusor.h"
+#include "server/server_config.h"
+#include "server/vehicle_session.h"
+#include "storage/map_store.h"
+
+namespace semmap::server {
+
+// The whole service, listening. Made and drained by one thread.
+class Server {
+ public:
+  // Listens on config.server.listen. UNAVAILABLE when that cannot be had, and what OpenMapStore says.
+  static absl::StatusOr<std::unique_ptr<Server>> Start(const Config& config, SlamSessionFactory factory);
+  virtual ~Server() = default;
+
+  virtual int port() const = 0;
+  // HOST:PORT with the real port.
+  virtual std::string address() const = 0;
+  // Says NOT_SERVING, ends and stores all sessions, then stops listening; takes at most the configured drain
+  // timeout and a moment. Idempotent.
+  virtual void Drain() = 0;
+};
+
+}  // namespace semmap::server

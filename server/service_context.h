@@ -1,0 +1,23 @@
+#pragma once
+
+#include <functional>
+
+#include "server/request_log.h"
+#include "server/server_config.h"
+#include "server/session_registry.h"
+#include "slam/common/time.h"
+#include "storage/map_store.h"
+
+namespace semmap::server {
+
+// What the handlers of all calls work with. Pointers outlive every call.
+struct ServiceContext {
+  ServerConfig config;
+  storage::MapStore* store = nullptr;
+  SessionRegistry* sessions = nullptr;
+  RequestLog* requests = nullptr;
+  Timer* timer = nullptr;
+  std::function<TimestampNs()> wall_clock;
+};
+
+}  // namespace semmap::server

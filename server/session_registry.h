@@ -1,0 +1,81 @@
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "semmap/v1/session.pb.h"
+#include "server/timer.h"
+#include "server/vehicle_session.h"
+
+namespace semmap::server {
+
+// All sessions that are not over, and what the last thousand that are over came to. Begins sessions, finds
+// them again, ends those that nobody resumes. Thread-safe; Open talks to the store and may take a while.
+class SessionRegistry {
+ public:
+  // `environment`'s pointers and `timer` outlive the registry.
+  SessionRegistry(const SessionEnvironment& environment, const SlamConfig& slam, SlamSessionFactory factory,
+                  Timer* timer);
+  ~SessionRegistry();
+  SessionRegistry(const SessionRegistry&) = delete;
+  SessionRegistry& operator=(const SessionRegistry&) = delete;
+
+  struct Opened {
+    std::shared_ptr<VehicleSession> session;
+    bool resumed = false;  // a hello that was sent twice
+  };
+  // Checks the hello, makes map and session in the store. All reasons of a hello, see the contract.
+  absl::StatusOr<Opened> Open(const v1::SessionHello& hello);
+  // SESSION_NOT_RESUMABLE.
+  absl::StatusOr<std::shared_ptr<VehicleSession>> Resume(const v1::SessionResume& resume);
+  // A stream is gone without having ended its session.
+  void OnStreamBroken(const std::shared_ptr<VehicleSession>& session, const StreamOutput* output);
+
+  // Null when there is no such session, or it is over.
+  std::shared_ptr<VehicleSession> Find(const std::string& session_id) const;
+  // Running, or over and still remembered.
+  std::optional<v1::Session> Describe(const std::string& session_id) const;
+  bool IsMapInUse(const std::string& map_id) const;
+  size_t size() const;
+
+  // Refuses new sessions, ends all and waits until they are stored. Past the deadline, frames that wait are
+  // left out.
+  void Drain(absl::Duration timeout);
+
+ private:
+  absl::StatusOr<SessionIdentity> ReadHello(const v1::SessionHello& hello) const;
+  std::shared_ptr<VehicleSession> FindRepeated(const SessionIdentity& identity) const;
+  // Holds a place and the map's name while a session is made.
+  absl::Status Reserve(const std::string& map_id);
+  void Release(const std::string& map_id);
+  absl::StatusOr<std::shared_ptr<VehicleSession>> Make(SessionIdentity identity);
+  absl::StatusOr<storage::MapId> MakeEmptyMap(const SessionIdentity& identity);
+  void OnOver(const std::string& session_id, const v1::Session& last);
+  std::vector<std::shared_ptr<VehicleSession>> All() const;
+  bool IsEmpty() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return sessions_.empty() && reserved_maps_.empty();
+  }
+
+  const SessionEnvironment environment_;
+  const SlamConfig slam_;
+  const SlamSessionFactory factory_;
+  Timer* const timer_;
+
+  mutable absl::Mutex mutex_;  // guards all below
+  std::map<std::string, std::shared_ptr<VehicleSession>> sessions_ ABSL_GUARDED_BY(mutex_);
+  std::set<std::string> reserved_maps_ ABSL_GUARDED_BY(mutex_);
+  std::deque<std::pair<std::string, v1::Session>> finished_ ABSL_GUARDED_BY(mutex_);
+  bool draining_ ABSL_GUARDED_BY(mutex_) = false;
+};
+
+}  // namespace semmap::server

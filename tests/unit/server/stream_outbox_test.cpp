@@ -1,0 +1,67 @@
+#include "server/stream_outbox.h"
+
+#include <gtest/gtest.h>
+
+namespace semmap::server {
+namespace {
+
+v1::FrameEstimate Estimate(uint64_t sequence) {
+  v1::FrameEstimate estimate;
+  estimate.set_sequence(sequence);
+  return estimate;
+}
+
+// Sequences of the estimates that wait.
+std::vector<uint64_t> TakeEstimates(StreamOutbox& outbox) {
+  std::vector<uint64_t> sequences;
+  v1::StreamFramesResponse response;
+  while (outbox.Take(&response)) {
+    if (response.has_estimate()) sequences.push_back(response.estimate().sequence());
+    response.Clear();
+  }
+  return sequences;
+}
+
+TEST(StreamOutbox, MergesAcknowledgements) {
+  StreamOutbox outbox(8);
+  outbox.PutAcknowledgement(3);
+  outbox.PutAcknowledgement(9);
+  outbox.PutAcknowledgement(5);
+  v1::StreamFramesResponse response;
+  ASSERT_TRUE(outbox.Take(&response));
+  EXPECT_EQ(response.acknowledgement().sequence(), 9U);
+  EXPECT_FALSE(outbox.Take(&response));
+}
+
+TEST(StreamOutbox, RewindBringsBackWhatWasNotAnswered) {
+  StreamOutbox outbox(8);
+  for (uint64_t sequence = 1; sequence <= 5; ++sequence) outbox.PutEstimate(Estimate(sequence));
+  EXPECT_EQ(TakeEstimates(outbox), (std::vector<uint64_t>{1, 2, 3, 4, 5}));
+  outbox.PutEstimate(Estimate(6));
+  outbox.Rewind(3);
+  EXPECT_EQ(TakeEstimates(outbox), (std::vector<uint64_t>{4, 5, 6}));
+}
+
+TEST(StreamOutbox, KeepsOnlySoManyTakenAnswers) {
+  StreamOutbox outbox(2);
+  for (uint64_t sequence = 1; sequence <= 5; ++sequence) outbox.PutEstimate(Estimate(sequence));
+  TakeEstimates(outbox);
+  outbox.Rewind(0);
+  EXPECT_EQ(TakeEstimates(outbox), (std::vector<uint64_t>{4, 5}));
+}
+
+TEST(StreamOutbox, DroppedFramesAreAnswersInOrder) {
+  StreamOutbox outbox(8);
+  outbox.PutDropped({}, 0);
+  outbox.PutDropped({2, 3}, 2);
+  outbox.PutEstimate(Estimate(4));
+  v1::StreamFramesResponse response;
+  ASSERT_TRUE(outbox.Take(&response));
+  EXPECT_EQ(response.dropped().sequences_size(), 2);
+  EXPECT_EQ(response.dropped().total(), 2U);
+  ASSERT_TRUE(outbox.Take(&response));
+  EXPECT_TRUE(response.has_estimate());
+}
+
+}  // namespace
+}  // namespace semmap::server
