@@ -20,6 +20,8 @@ CREATE TABLE maps (
   last_keyframe_id INTEGER NOT NULL DEFAULT 0,
   last_point_id    INTEGER NOT NULL DEFAULT 0,
   last_session_id  INTEGER NOT NULL DEFAULT 0,
+  -- Edge of the cells of points, in units of the map; chosen when it gets its first points.
+  cell_size        REAL,
   CHECK ((latitude_deg IS NULL) = (enu_from_map IS NULL)),
   CHECK ((longitude_deg IS NULL) = (enu_from_map IS NULL)),
   CHECK ((altitude_m IS NULL) = (enu_from_map IS NULL))
@@ -82,6 +84,8 @@ CREATE TABLE keyframe_observations (
 CREATE TABLE points (
   map_id                INTEGER NOT NULL,
   point_id              INTEGER NOT NULL CHECK (point_id BETWEEN 1 AND 1099511627775),
+  -- The cell of the grid that the position is in, three coordinates packed (storage/cell_grid.h).
+  cell_key              INTEGER NOT NULL,
   -- Who added it.
   session_id            INTEGER NOT NULL,
   x                     REAL NOT NULL,
@@ -99,6 +103,8 @@ CREATE TABLE points (
   FOREIGN KEY (map_id, session_id) REFERENCES sessions (map_id, session_id)
 ) STRICT, WITHOUT ROWID;
 
+CREATE INDEX points_by_cell ON points (map_id, cell_key);
+
 -- A vehicle's frame relative to a keyframe, so that it moves with it.
 CREATE TABLE frames (
   map_id               INTEGER NOT NULL,
@@ -113,10 +119,11 @@ CREATE TABLE frames (
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX frames_by_keyframe ON frames (map_id, keyframe_id);
 
--- Where things are, by grid cell (a power of two of the map's unit, see storage/sqlite/spatial_index.h) instead of by
--- exact position: bundle adjustment moves every point of a neighbourhood a little with each keyframe, and few of them
--- into another cell. id = map_id * 2^40 + point_id or keyframe_id; the map is a dimension of its own.
+-- Where things are, in cells of a grid instead of exact positions: bundle adjustment moves every point of a
+-- neighbourhood a little with each keyframe, and hardly any of them into another cell. The map is a dimension.
+-- Each cell that has (or had) a point; the points themselves carry its key.
 CREATE VIRTUAL TABLE point_cells USING rtree_i32(
   id, map_min, map_max, x_min, x_max, y_min, y_max, z_min, z_max);
+-- Each keyframe; id = map_id * 2^40 + keyframe_id.
 CREATE VIRTUAL TABLE keyframe_cells USING rtree_i32(
   id, map_min, map_max, x_min, x_max, y_min, y_max, z_min, z_max);

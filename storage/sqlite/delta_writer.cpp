@@ -66,8 +66,15 @@ class DeltaWriter {
   }
 
   absl::Status WritePoints(const MapDelta& delta) {
+    if (delta.upserted_points.empty()) return absl::OkStatus();
+    SEMMAP_ASSIGN_OR_RETURN(MapPlacement placement, ReadPlacement(connection_, map_));
+    if (placement.cell_size == 0) {
+      placement.cell_size = ChooseCellSize(delta.upserted_points);
+      SEMMAP_RETURN_IF_ERROR(SetCellSize(connection_, map_, placement.cell_size));
+    }
+    PointWriter writer(connection_, map_, session_, placement);
     for (const MapPointRecord& point : delta.upserted_points) {
-      SEMMAP_ASSIGN_OR_RETURN(const bool added, UpsertPoint(connection_, map_, session_, point, &buffer_));
+      SEMMAP_ASSIGN_OR_RETURN(const bool added, writer.Upsert(point));
       growth_.points += added ? 1 : 0;
       growth_.last_point_id = std::max(growth_.last_point_id, point.id);
     }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
+#include "absl/container/flat_hash_set.h"
 #include "absl/strings/str_cat.h"
 #include "slam/common/status_macros.h"
 #include "storage/sqlite/frame_rows.h"
@@ -24,7 +25,6 @@ constexpr char kCheckPointTree[] = "SELECT rtreecheck('point_cells')";
 constexpr char kCheckKeyFrameTree[] = "SELECT rtreecheck('keyframe_cells')";
 constexpr char kSelectKeyFrameIds[] = "SELECT keyframe_id FROM keyframes WHERE map_id = ?";
 constexpr char kCountFrames[] = "SELECT count(*) FROM frames WHERE map_id = ? AND session_id = ?";
-constexpr char kCountPointCells[] = "SELECT count(*) FROM point_cells WHERE map_min = ?";
 constexpr char kCountKeyFrameCells[] = "SELECT count(*) FROM keyframe_cells WHERE map_min = ?";
 
 struct PointFacts {
@@ -90,6 +90,10 @@ class IntegrityCheck {
   }
 
   absl::Status CheckPoints() {
+    SEMMAP_ASSIGN_OR_RETURN(const MapPlacement placement, ReadPlacement(connection_, map_));
+    SEMMAP_ASSIGN_OR_RETURN(const std::vector<int64_t> cells, AllPointCells(connection_, map_));
+    cells_.insert(cells.begin(), cells.end());
+    if (cells_.size() != cells.size()) Report("index-structure", "a cell is in the spatial index twice");
     Query rows(connection_, kSelectAllPoints);
     rows.Bind(map_).Bind(0);
     while (true) {
@@ -103,17 +107,25 @@ class IntegrityCheck {
         Report("not-finite", "map point ", point.id.value());
         continue;
       }
-      SEMMAP_RETURN_IF_ERROR(CheckCell(PointIndex(), "map point ", point.id.value(), point.position_in_map));
+      CheckCell(point, CellKeyOfRow(rows), placement.cell_size);
     }
   }
 
-  absl::Status CheckCell(const SpatialIndex& index, const char* what, uint64_t id,
-                         const Eigen::Vector3d& position) {
-    SEMMAP_ASSIGN_OR_RETURN(const std::optional<Cell> cell, GetCell(connection_, index, map_, id));
+  // A point's row says in which cell it is, and the tree knows the cell.
+  void CheckCell(const MapPointRecord& point, int64_t cell_key, double cell_size) {
+    if (cell_key != PackCell(CellOf(point.position_in_map, cell_size))) {
+      Report("wrong-cell", "map point ", point.id.value(), " is indexed at another place");
+    } else if (!cells_.contains(cell_key)) {
+      Report("not-indexed", "the cell of map point ", point.id.value(), " is not in the spatial index");
+    }
+  }
+
+  absl::Status CheckCell(const KeyFrameRecord& keyframe) {
+    SEMMAP_ASSIGN_OR_RETURN(const std::optional<Cell> cell, GetKeyFrameCell(connection_, map_, keyframe.id));
     if (!cell.has_value()) {
-      Report("not-indexed", what, id, " is not in the spatial index");
-    } else if (*cell != CellOf(index, position)) {
-      Report("wrong-cell", what, id, " is at another place in the spatial index");
+      Report("not-indexed", "keyframe ", keyframe.id.value(), " is not in the spatial index");
+    } else if (*cell != CellOf(keyframe.map_from_camera.translation(), kKeyFrameCell)) {
+      Report("wrong-cell", "keyframe ", keyframe.id.value(), " is indexed at another place");
     }
     return absl::OkStatus();
   }
@@ -155,7 +167,7 @@ class IntegrityCheck {
       Report("count-mismatch", "keyframe ", id.value(), " has ", seen, " observations, not ",
              entry.observation_count);
     }
-    return CheckCell(KeyFrameIndex(), "keyframe ", id.value(), entry.record.map_from_camera.translation());
+    return CheckCell(entry.record);
   }
 
   void CheckObservations(const KeyFrameObservations& observations) {
@@ -246,14 +258,11 @@ class IntegrityCheck {
     for (const auto& [id, facts] : points_) {
       if (id > map.last_point_id.value()) Report("id-out-of-range", "map point ", id);
     }
-    SEMMAP_RETURN_IF_ERROR(CheckCellCount(kCountPointCells, "point", points_.size()));
-    return CheckCellCount(kCountKeyFrameCells, "keyframe", parents_.size());
-  }
-
-  absl::Status CheckCellCount(const char* sql, const char* what, size_t expected) {
-    SEMMAP_ASSIGN_OR_RETURN(const int64_t cells, QueryInteger(connection_, sql, 2 * map_.value()));
-    if (static_cast<size_t>(cells) == expected) return absl::OkStatus();
-    Report("count-mismatch", "the spatial index of ", what, "s has ", cells, " entries, not ", expected);
+    SEMMAP_ASSIGN_OR_RETURN(const int64_t indexed,
+                            QueryInteger(connection_, kCountKeyFrameCells, 2 * map_.value()));
+    if (static_cast<size_t>(indexed) != parents_.size()) {
+      Report("count-mismatch", "the spatial index has ", indexed, " keyframes, not ", parents_.size());
+    }
     return absl::OkStatus();
   }
 
@@ -261,6 +270,7 @@ class IntegrityCheck {
   const MapId map_;
   const size_t max_findings_;
   std::vector<IntegrityFinding> findings_;
+  absl::flat_hash_set<int64_t> cells_;
   absl::flat_hash_map<uint64_t, PointFacts> points_;
   absl::flat_hash_map<uint64_t, uint64_t> parents_;  // of each keyframe; 0: none
 };

@@ -117,8 +117,7 @@ absl::StatusOr<std::optional<std::vector<uint64_t>>> FindByTime(Connection& conn
 
 absl::StatusOr<std::optional<std::vector<uint64_t>>> FindByIndex(Connection& connection, MapId map,
                                                                  const KeyFrameQuery& query) {
-  if (query.box.has_value())
-    return FindCandidates(connection, KeyFrameIndex(), map, *query.box, kMaxCandidates);
+  if (query.box.has_value()) return FindKeyFrames(connection, map, *query.box, kMaxCandidates);
   if (query.time.has_value()) return FindByTime(connection, map, *query.time);
   return std::nullopt;
 }

@@ -77,12 +77,12 @@ absl::Status InsertKeyFrame(Connection& connection, MapId map, SessionId session
   EncodeFeatures(*keyframe.features, buffer);
   Query features(connection, kInsertFeatures);
   SEMMAP_RETURN_IF_ERROR(features.Bind(map).Bind(keyframe.id).BindBlob(buffer->view()).Run());
-  return PutCell(connection, KeyFrameIndex(), map, keyframe.id.value(),
-                 CellOf(KeyFrameIndex(), keyframe.map_from_camera.translation()));
+  return PutKeyFrameCell(connection, map, keyframe.id,
+                         CellOf(keyframe.map_from_camera.translation(), kKeyFrameCell));
 }
 
 absl::Status MoveKeyFrame(Connection& connection, MapId map, const KeyFramePose& moved) {
-  const Cell cell = CellOf(KeyFrameIndex(), moved.map_from_camera.translation());
+  const Cell cell = CellOf(moved.map_from_camera.translation(), kKeyFrameCell);
   bool same_cell = false;
   {
     Query select(connection, kSelectPose);
@@ -90,13 +90,13 @@ absl::Status MoveKeyFrame(Connection& connection, MapId map, const KeyFramePose&
     SEMMAP_ASSIGN_OR_RETURN(const bool found, select.Step());
     if (!found) return NoSuchKeyFrame("moved", moved.id);
     SEMMAP_ASSIGN_OR_RETURN(const SE3 old_pose, DecodePose(select.Bytes(0)));
-    same_cell = CellOf(KeyFrameIndex(), old_pose.translation()) == cell;
+    same_cell = CellOf(old_pose.translation(), kKeyFrameCell) == cell;
   }
   const auto pose = EncodePose(moved.map_from_camera);
   Query update(connection, kUpdatePose);
   update.BindBlob(pose);
   SEMMAP_RETURN_IF_ERROR(BindParent(update, moved.parent).Bind(map).Bind(moved.id).Run());
-  return same_cell ? absl::OkStatus() : PutCell(connection, KeyFrameIndex(), map, moved.id.value(), cell);
+  return same_cell ? absl::OkStatus() : PutKeyFrameCell(connection, map, moved.id, cell);
 }
 
 absl::Status WriteObservations(Connection& connection, MapId map, const KeyFrameObservations& observations,
@@ -122,7 +122,7 @@ absl::Status RemoveKeyFrame(Connection& connection, MapId map, const RemovedKeyF
   SEMMAP_RETURN_IF_ERROR(heir_parent.status());
   SEMMAP_RETURN_IF_ERROR(ReanchorFrames(connection, map, removal));
   SEMMAP_RETURN_IF_ERROR(HandOverChildren(connection, map, removal, *parent));
-  SEMMAP_RETURN_IF_ERROR(EraseCell(connection, KeyFrameIndex(), map, removal.removed.value()));
+  SEMMAP_RETURN_IF_ERROR(EraseKeyFrameCell(connection, map, removal.removed));
   return RunQuery(connection, kDelete, map, removal.removed);
 }
 
@@ -133,7 +133,7 @@ absl::StatusOr<int64_t> EraseKeyFramesOf(Connection& connection, MapId map, Sess
     while (true) {
       SEMMAP_ASSIGN_OR_RETURN(const bool row, ids.Step());
       if (!row) break;
-      SEMMAP_RETURN_IF_ERROR(EraseCell(connection, KeyFrameIndex(), map, ids.Unsigned(0)));
+      SEMMAP_RETURN_IF_ERROR(EraseKeyFrameCell(connection, map, ids.IdAt<KeyFrameId>(0)));
     }
   }
   const absl::Status status = RunQuery(connection, kDeleteOfSession, map, session);

@@ -9,7 +9,8 @@ namespace {
 
 // Rows of a step: small enough that a vehicle's delta does not wait long for the lock.
 constexpr int kFramesPerStep = 5000;
-constexpr int kPointsPerStep = 1000;
+constexpr int kPointsPerStep = 5000;
+constexpr int kCellsPerStep = 1000;
 constexpr int kKeyFramesPerStep = 50;
 
 constexpr char kHideMap[] = "UPDATE maps SET name = NULL WHERE map_id = ?";
@@ -18,31 +19,30 @@ constexpr char kSelectHidden[] = "SELECT map_id FROM maps WHERE name IS NULL";
 constexpr char kDeleteFrames[] =
     "DELETE FROM frames WHERE map_id = ?1 AND (session_id, sequence) IN "
     "(SELECT session_id, sequence FROM frames WHERE map_id = ?1 ORDER BY session_id, sequence LIMIT ?2)";
-constexpr char kSelectPoints[] = "SELECT point_id FROM points WHERE map_id = ? ORDER BY point_id LIMIT ?";
-constexpr char kDeletePoints[] = "DELETE FROM points WHERE map_id = ? AND point_id <= ?";
+constexpr char kDeletePoints[] =
+    "DELETE FROM points WHERE map_id = ?1 AND point_id IN "
+    "(SELECT point_id FROM points WHERE map_id = ?1 ORDER BY point_id LIMIT ?2)";
 constexpr char kSelectKeyFrames[] =
     "SELECT keyframe_id FROM keyframes WHERE map_id = ? ORDER BY keyframe_id LIMIT ?";
 constexpr char kDeleteKeyFrames[] = "DELETE FROM keyframes WHERE map_id = ? AND keyframe_id <= ?";
 constexpr char kDeleteSessions[] = "DELETE FROM sessions WHERE map_id = ?";
 constexpr char kDeleteMap[] = "DELETE FROM maps WHERE map_id = ?";
 
-// Removes the first rows that `select` yields, with their places in the index; true when there was none.
-absl::StatusOr<bool> DeleteIndexed(Connection& connection, MapId map, const SpatialIndex& index,
-                                   const char* select, const char* erase, int limit) {
-  uint64_t last = 0;
+// Removes keyframes with their places in the index; true when none were left.
+absl::StatusOr<bool> PurgeKeyFrames(Connection& connection, MapId map) {
+  KeyFrameId last;
   {
-    Query ids(connection, select);
-    ids.Bind(map).Bind(limit);
+    Query ids(connection, kSelectKeyFrames);
+    ids.Bind(map).Bind(kKeyFramesPerStep);
     while (true) {
       SEMMAP_ASSIGN_OR_RETURN(const bool row, ids.Step());
       if (!row) break;
-      last = ids.Unsigned(0);
-      SEMMAP_RETURN_IF_ERROR(EraseCell(connection, index, map, last));
+      last = ids.IdAt<KeyFrameId>(0);
+      SEMMAP_RETURN_IF_ERROR(EraseKeyFrameCell(connection, map, last));
     }
   }
-  if (last == 0) return true;
-  SEMMAP_RETURN_IF_ERROR(RunQuery(connection, erase, map, last));
-  return false;
+  SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kDeleteKeyFrames, map, last));
+  return !last.IsValid();
 }
 
 }  // namespace
@@ -57,12 +57,11 @@ absl::StatusOr<bool> PurgeStep(Connection& connection, MapId map) {
   // What refers to others goes before them.
   SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kDeleteFrames, map, kFramesPerStep));
   if (connection.changes() > 0) return false;
-  SEMMAP_ASSIGN_OR_RETURN(const bool no_points, DeleteIndexed(connection, map, PointIndex(), kSelectPoints,
-                                                              kDeletePoints, kPointsPerStep));
-  if (!no_points) return false;
-  SEMMAP_ASSIGN_OR_RETURN(
-      const bool no_keyframes,
-      DeleteIndexed(connection, map, KeyFrameIndex(), kSelectKeyFrames, kDeleteKeyFrames, kKeyFramesPerStep));
+  SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kDeletePoints, map, kPointsPerStep));
+  if (connection.changes() > 0) return false;
+  SEMMAP_ASSIGN_OR_RETURN(const bool no_cells, ErasePointCells(connection, map, kCellsPerStep));
+  if (!no_cells) return false;
+  SEMMAP_ASSIGN_OR_RETURN(const bool no_keyframes, PurgeKeyFrames(connection, map));
   if (!no_keyframes) return false;
   SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kDeleteSessions, map));
   SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kDeleteMap, map));

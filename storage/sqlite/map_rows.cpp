@@ -22,6 +22,8 @@ constexpr char kSelectExists[] = "SELECT 1 FROM maps WHERE map_id = ? AND name I
 constexpr char kSelectPoses[] = "SELECT map_from_camera FROM keyframes WHERE map_id = ?";
 constexpr char kUpdateAnchor[] =
     "UPDATE maps SET latitude_deg = ?, longitude_deg = ?, altitude_m = ?, enu_from_map = ? WHERE map_id = ?";
+constexpr char kSelectPlacement[] = "SELECT coalesce(cell_size, 0), last_point_id FROM maps WHERE map_id = ?";
+constexpr char kUpdateCellSize[] = "UPDATE maps SET cell_size = ? WHERE map_id = ?";
 constexpr char kUpdateGrowth[] =
     "UPDATE maps SET keyframe_count = keyframe_count + ?, point_count = point_count + ?, version = version + "
     "1, "
@@ -127,6 +129,18 @@ absl::Status UpdateAnchor(Connection& connection, MapId map, const std::optional
     update.BindNull().BindNull().BindNull().BindNull();
   }
   return update.Bind(map).Run();
+}
+
+absl::StatusOr<MapPlacement> ReadPlacement(Connection& connection, MapId map) {
+  Query select(connection, kSelectPlacement);
+  select.Bind(map);
+  SEMMAP_ASSIGN_OR_RETURN(const bool found, select.Step());
+  if (!found) return NoSuchMap(map);
+  return MapPlacement{select.Real(0), select.IdAt<MapPointId>(1)};
+}
+
+absl::Status SetCellSize(Connection& connection, MapId map, double cell_size) {
+  return RunQuery(connection, kUpdateCellSize, cell_size, map);
 }
 
 absl::Status UpdateGrowth(Connection& connection, MapId map, const MapGrowth& growth) {

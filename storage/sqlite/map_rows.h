@@ -18,6 +18,14 @@ absl::StatusOr<std::vector<MapInfo>> ReadMaps(Connection& connection, const MapL
 absl::Status RequireMap(Connection& connection, MapId map);
 absl::Status UpdateAnchor(Connection& connection, MapId map, const std::optional<GeoAnchor>& anchor);
 
+// Where the map's points are indexed.
+struct MapPlacement {
+  double cell_size = 0;  // 0 until the map gets its first points
+  MapPointId last_point_id;
+};
+absl::StatusOr<MapPlacement> ReadPlacement(Connection& connection, MapId map);
+absl::Status SetCellSize(Connection& connection, MapId map, double cell_size);
+
 // What a delta did to the map as a whole.
 struct MapGrowth {
   int64_t keyframes = 0;

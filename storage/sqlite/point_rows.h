@@ -3,18 +3,41 @@
 #include <span>
 #include <vector>
 
+#include "absl/container/flat_hash_set.h"
 #include "absl/status/statusor.h"
 #include "storage/byte_buffer.h"
+#include "storage/cell_grid.h"
 #include "storage/map_store.h"
 #include "storage/sqlite/connection.h"
+#include "storage/sqlite/map_rows.h"
 #include "storage/sqlite/query.h"
 
-// The rows of map points and their places in the spatial index. Writers run inside the caller's transaction.
+// The rows of map points and the cells they are in. Writers run inside the caller's transaction.
 namespace semmap::storage::sqlite {
 
-// Replaces or adds the point; true when it was added. `buffer` is for scratch.
-absl::StatusOr<bool> UpsertPoint(Connection& connection, MapId map, SessionId session,
-                                 const MapPointRecord& point, ByteWriter* buffer);
+// Writes points of one delta.
+class PointWriter {
+ public:
+  PointWriter(Connection& connection, MapId map, SessionId session, const MapPlacement& placement)
+      : connection_(connection), map_(map), session_(session), placement_(placement) {}
+
+  // Replaces or adds the point; true when it was added.
+  absl::StatusOr<bool> Upsert(const MapPointRecord& point);
+
+ private:
+  absl::StatusOr<bool> Execute(const char* sql, const MapPointRecord& point, int64_t cell_key,
+                               bool with_session);
+  absl::Status AddCell(const Cell& cell);
+
+  Connection& connection_;
+  const MapId map_;
+  const SessionId session_;
+  const MapPlacement placement_;
+  // Neighbours share their cell: those that are in the tree for certain.
+  absl::flat_hash_set<int64_t> known_cells_;
+  ByteWriter buffer_;
+};
+
 // True when there was such a point.
 absl::StatusOr<bool> ErasePoint(Connection& connection, MapId map, MapPointId point);
 // Removes the points that the session added; returns how many.
@@ -29,5 +52,6 @@ absl::StatusOr<std::vector<MapPointRecord>> ReadPoints(Connection& connection, M
 // ReadPointRow, which answers DATA_LOSS (with point->id set) for a row that cannot be.
 extern const char kSelectAllPoints[];  // bind the map, and 0
 absl::Status ReadPointRow(const Query& row, MapPointRecord* point);
+int64_t CellKeyOfRow(const Query& row);
 
 }  // namespace semmap::storage::sqlite

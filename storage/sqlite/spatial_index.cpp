@@ -1,7 +1,6 @@
 #include "storage/sqlite/spatial_index.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "slam/common/status_macros.h"
 #include "storage/sqlite/query.h"
@@ -10,87 +9,132 @@
 namespace semmap::storage::sqlite {
 namespace {
 
-constexpr double kMaxCell = 1 << 30;
+constexpr char kPutKeyFrame[] = "INSERT OR REPLACE INTO keyframe_cells VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)";
+constexpr char kEraseKeyFrame[] = "DELETE FROM keyframe_cells WHERE id = ?";
+constexpr char kGetKeyFrame[] = "SELECT x_min, y_min, z_min FROM keyframe_cells WHERE id = ?";
+// A cell c covers [c, c + 1): strictly more than the box's first cell at its upper end.
+#define SEMMAP_MEETS_BOX                                                                            \
+  " WHERE map_min >= ? AND map_max <= ? AND x_max > ? AND x_min <= ? AND y_max > ? AND y_min <= ? " \
+  "AND z_max > ? AND z_min <= ? LIMIT ?"
+constexpr char kFindKeyFrames[] = "SELECT id FROM keyframe_cells" SEMMAP_MEETS_BOX;
+constexpr char kFindPointCells[] = "SELECT x_min, y_min, z_min FROM point_cells" SEMMAP_MEETS_BOX;
+#undef SEMMAP_MEETS_BOX
+constexpr char kAddPointCell[] = "INSERT INTO point_cells VALUES (NULL, ?, ?, ?, ?, ?, ?, ?, ?)";
+constexpr char kAllPointCells[] =
+    "SELECT x_min, y_min, z_min FROM point_cells WHERE map_min >= ? AND map_max <= ?";
+constexpr char kSomePointCells[] = "SELECT id FROM point_cells WHERE map_min >= ? AND map_max <= ? LIMIT ?";
+constexpr char kErasePointCell[] = "DELETE FROM point_cells WHERE id = ?";
 
-constexpr SpatialIndex kPointIndex{
-    .cell_size = 0.25,
-    .replace = "INSERT OR REPLACE INTO point_cells VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-    .erase = "DELETE FROM point_cells WHERE id = ?",
-    .find =
-        "SELECT id FROM point_cells WHERE map_min >= ? AND map_max <= ? AND x_max > ? AND x_min <= ? "
-        "AND y_max > ? AND y_min <= ? AND z_max > ? AND z_min <= ? LIMIT ?",
-    .get = "SELECT x_min, y_min, z_min FROM point_cells WHERE id = ?"};
-constexpr SpatialIndex kKeyFrameIndex{
-    .cell_size = 1.0,
-    .replace = "INSERT OR REPLACE INTO keyframe_cells VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-    .erase = "DELETE FROM keyframe_cells WHERE id = ?",
-    .find =
-        "SELECT id FROM keyframe_cells WHERE map_min >= ? AND map_max <= ? AND x_max > ? AND x_min <= ? "
-        "AND y_max > ? AND y_min <= ? AND z_max > ? AND z_min <= ? LIMIT ?",
-    .get = "SELECT x_min, y_min, z_min FROM keyframe_cells WHERE id = ?"};
-
-int64_t KeyOf(MapId map, uint64_t id) { return static_cast<int64_t>(map.value() * kIdLimit + id); }
-
-int CellCoordinate(double value, double cell_size) {
-  return static_cast<int>(std::clamp(std::floor(value / cell_size), -kMaxCell, kMaxCell));
+int64_t KeyOf(MapId map, KeyFrameId keyframe) {
+  return static_cast<int64_t>(map.value() * kIdLimit + keyframe.value());
 }
 
-// In the map's dimension as in space a box has an extent: the tree chooses by volume, and that of a box
-// without extent is always nothing.
-int64_t MapMin(MapId map) { return static_cast<int64_t>(2 * map.value()); }
-int64_t MapMax(MapId map) { return MapMin(map) + 1; }
+// The map is a dimension of the tree. In it, as in space, a box has an extent: the tree chooses by volume,
+// and that of a box without extent is always nothing.
+void BindMap(MapId map, Query* query) { query->Bind(2 * map.value()).Bind(2 * map.value() + 1); }
+
+void BindExtent(const Cell& cell, Query* query) {
+  for (const int coordinate : cell) query->Bind(coordinate).Bind(coordinate + 1);
+}
+
+void BindBox(MapId map, const Eigen::AlignedBox3d& box, double cell_size, size_t limit, Query* query) {
+  const Cell first = CellOf(box.min(), cell_size);
+  const Cell last = CellOf(box.max(), cell_size);
+  BindMap(map, query);
+  for (int axis = 0; axis < 3; ++axis) query->Bind(first[axis]).Bind(last[axis]);
+  query->Bind(limit);
+}
+
+Cell CellAt(const Query& row) {
+  return {static_cast<int>(row.Int(0)), static_cast<int>(row.Int(1)), static_cast<int>(row.Int(2))};
+}
+
+// All rows, each as read(row).
+template <typename T, typename Read>
+absl::StatusOr<std::vector<T>> Collect(Query* query, Read&& read) {
+  std::vector<T> values;
+  while (true) {
+    SEMMAP_ASSIGN_OR_RETURN(const bool row, query->Step());
+    if (!row) return values;
+    values.push_back(read(*query));
+  }
+}
 
 }  // namespace
 
-const SpatialIndex& PointIndex() { return kPointIndex; }
-const SpatialIndex& KeyFrameIndex() { return kKeyFrameIndex; }
-
-Cell CellOf(const SpatialIndex& index, const Eigen::Vector3d& position) {
-  return position
-      .unaryExpr([&](double value) { return static_cast<double>(CellCoordinate(value, index.cell_size)); })
-      .cast<int>();
-}
-
-absl::Status PutCell(Connection& connection, const SpatialIndex& index, MapId map, uint64_t id,
-                     const Cell& cell) {
-  Query query(connection, index.replace);
-  query.Bind(KeyOf(map, id)).Bind(MapMin(map)).Bind(MapMax(map));
-  for (int axis = 0; axis < 3; ++axis) query.Bind(cell[axis]).Bind(cell[axis] + 1);
+absl::Status PutKeyFrameCell(Connection& connection, MapId map, KeyFrameId keyframe, const Cell& cell) {
+  Query query(connection, kPutKeyFrame);
+  query.Bind(KeyOf(map, keyframe));
+  BindMap(map, &query);
+  BindExtent(cell, &query);
   return query.Run();
 }
 
-absl::Status EraseCell(Connection& connection, const SpatialIndex& index, MapId map, uint64_t id) {
-  return RunQuery(connection, index.erase, KeyOf(map, id));
+absl::Status EraseKeyFrameCell(Connection& connection, MapId map, KeyFrameId keyframe) {
+  return RunQuery(connection, kEraseKeyFrame, KeyOf(map, keyframe));
 }
 
-absl::StatusOr<std::optional<Cell>> GetCell(Connection& connection, const SpatialIndex& index, MapId map,
-                                            uint64_t id) {
-  Query query(connection, index.get);
-  query.Bind(KeyOf(map, id));
+absl::StatusOr<std::optional<Cell>> GetKeyFrameCell(Connection& connection, MapId map, KeyFrameId keyframe) {
+  Query query(connection, kGetKeyFrame);
+  query.Bind(KeyOf(map, keyframe));
   SEMMAP_ASSIGN_OR_RETURN(const bool found, query.Step());
-  if (!found) return std::nullopt;
-  return Cell(static_cast<int>(query.Int(0)), static_cast<int>(query.Int(1)), static_cast<int>(query.Int(2)));
+  return found ? std::optional<Cell>(CellAt(query)) : std::nullopt;
 }
 
-absl::StatusOr<std::optional<std::vector<uint64_t>>> FindCandidates(Connection& connection,
-                                                                    const SpatialIndex& index, MapId map,
-                                                                    const Eigen::AlignedBox3d& box,
-                                                                    size_t limit) {
-  const Cell first = CellOf(index, box.min());
-  const Cell last = CellOf(index, box.max());
-  Query query(connection, index.find);
-  query.Bind(MapMin(map)).Bind(MapMax(map));
-  for (int axis = 0; axis < 3; ++axis) query.Bind(first[axis]).Bind(last[axis]);
-  query.Bind(limit + 1);
-  std::vector<uint64_t> ids;
-  while (true) {
-    SEMMAP_ASSIGN_OR_RETURN(const bool row, query.Step());
-    if (!row) break;
-    ids.push_back(query.Unsigned(0) % kIdLimit);
-  }
+absl::StatusOr<std::optional<std::vector<uint64_t>>> FindKeyFrames(Connection& connection, MapId map,
+                                                                   const Eigen::AlignedBox3d& box,
+                                                                   size_t limit) {
+  Query query(connection, kFindKeyFrames);
+  BindBox(map, box, kKeyFrameCell, limit + 1, &query);
+  SEMMAP_ASSIGN_OR_RETURN(std::vector<uint64_t> ids, Collect<uint64_t>(&query, [](const Query& row) {
+                            return row.Unsigned(0) % kIdLimit;
+                          }));
   if (ids.size() > limit) return std::nullopt;
   std::sort(ids.begin(), ids.end());
   return ids;
+}
+
+absl::Status AddPointCell(Connection& connection, MapId map, const Cell& cell) {
+  {
+    Query known(connection, kFindPointCells);
+    BindMap(map, &known);
+    for (const int coordinate : cell) known.Bind(coordinate).Bind(coordinate);
+    SEMMAP_ASSIGN_OR_RETURN(const bool is_known, known.Bind(1).Step());
+    if (is_known) return absl::OkStatus();
+  }
+  Query add(connection, kAddPointCell);
+  BindMap(map, &add);
+  BindExtent(cell, &add);
+  return add.Run();
+}
+
+absl::StatusOr<std::optional<std::vector<int64_t>>> FindPointCells(Connection& connection, MapId map,
+                                                                   const Eigen::AlignedBox3d& box,
+                                                                   double cell_size, size_t limit) {
+  Query query(connection, kFindPointCells);
+  BindBox(map, box, cell_size, limit + 1, &query);
+  SEMMAP_ASSIGN_OR_RETURN(std::vector<int64_t> keys,
+                          Collect<int64_t>(&query, [](const Query& row) { return PackCell(CellAt(row)); }));
+  if (keys.size() > limit) return std::nullopt;
+  return keys;
+}
+
+absl::StatusOr<std::vector<int64_t>> AllPointCells(Connection& connection, MapId map) {
+  Query query(connection, kAllPointCells);
+  BindMap(map, &query);
+  return Collect<int64_t>(&query, [](const Query& row) { return PackCell(CellAt(row)); });
+}
+
+absl::StatusOr<bool> ErasePointCells(Connection& connection, MapId map, int limit) {
+  std::vector<int64_t> ids;
+  {
+    Query query(connection, kSomePointCells);
+    BindMap(map, &query);
+    query.Bind(limit);
+    SEMMAP_ASSIGN_OR_RETURN(ids, Collect<int64_t>(&query, [](const Query& row) { return row.Int(0); }));
+  }
+  for (const int64_t id : ids) SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kErasePointCell, id));
+  return ids.empty();
 }
 
 }  // namespace semmap::storage::sqlite

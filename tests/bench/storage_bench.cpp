@@ -204,8 +204,10 @@ void ReportSizes(const BenchStore& bench, double keyframes, benchmark::State* st
   const double points = keyframes * kNewPoints;
   state->counters["feature_B_per_kf"] = BytesOf(bench.path(), "keyframe_features") / keyframes;
   state->counters["observation_B_per_kf"] = BytesOf(bench.path(), "keyframe_observations") / keyframes;
-  state->counters["point_row_B"] = BytesOf(bench.path(), "points") / points;
-  state->counters["point_index_B"] = BytesOf(bench.path(), "point_cells") / points;
+  state->counters["point_row_B"] =
+      (BytesOf(bench.path(), "points") - BytesOf(bench.path(), "points_by_cell")) / points;
+  state->counters["point_index_B"] =
+      BytesOf(bench.path(), "point_cells") / points + BytesOf(bench.path(), "points_by_cell") / points;
   state->counters["file_B_per_kf"] =
       static_cast<double>(std::filesystem::file_size(bench.path())) / keyframes;
 }

@@ -1,52 +1,30 @@
-#include "storage/sqlite/point_rows.h"
-
+// The part of point_rows.h that reads.
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
 #include "slam/common/status_macros.h"
 #include "storage/appearance_codec.h"
+#include "storage/sqlite/point_rows.h"
 #include "storage/sqlite/spatial_index.h"
 
 namespace semmap::storage::sqlite {
 namespace {
 
-// Beyond this many candidates of a box, the rows are scanned instead: the list of candidates stays below 32
-// MB.
+// Beyond this many cells or points that may be in a box, all rows are scanned instead: the list stays below
+// 32 MB.
 constexpr size_t kMaxCandidates = size_t{1} << 22;
 
-constexpr char kSelectPosition[] = "SELECT x, y, z FROM points WHERE map_id = ? AND point_id = ?";
-constexpr char kUpdate[] =
-    "UPDATE points SET x = ?, y = ?, z = ?, semantic_class = ?, class_confidence = ?, observation_count = ?, "
-    "first_seen = ?, last_seen = ?, reference_keyframe_id = ?, appearance = ? WHERE map_id = ? AND point_id "
-    "= ?";
-constexpr char kInsert[] =
-    "INSERT INTO points (x, y, z, semantic_class, class_confidence, observation_count, first_seen, "
-    "last_seen, "
-    "reference_keyframe_id, appearance, map_id, point_id, session_id) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
-    "?, ?, ?)";
-constexpr char kDelete[] = "DELETE FROM points WHERE map_id = ? AND point_id = ?";
-constexpr char kSelectOfSession[] = "SELECT point_id FROM points WHERE map_id = ? AND session_id = ?";
-constexpr char kDeleteOfSession[] = "DELETE FROM points WHERE map_id = ? AND session_id = ?";
 #define SEMMAP_POINT_COLUMNS                                                                        \
   "point_id, x, y, z, semantic_class, class_confidence, observation_count, first_seen, last_seen, " \
-  "reference_keyframe_id, appearance"
+  "reference_keyframe_id, appearance, cell_key"
 constexpr char kSelectOne[] = "SELECT " SEMMAP_POINT_COLUMNS " FROM points WHERE map_id = ? AND point_id = ?";
-
-Eigen::Vector3d PositionAt(const Query& row, int column) {
-  return {row.Real(column), row.Real(column + 1), row.Real(column + 2)};
-}
-
-void BindPoint(const MapPointRecord& point, BlobView appearance, Query* query) {
-  const Eigen::Vector3d& position = point.position_in_map;
-  query->Bind(position.x()).Bind(position.y()).Bind(position.z());
-  query->Bind(point.semantic_class).Bind(static_cast<double>(point.class_confidence));
-  query->Bind(point.observation_count).Bind(point.first_seen).Bind(point.last_seen);
-  query->Bind(point.reference_keyframe).BindBlob(appearance);
-}
+constexpr char kSelectInCell[] = "SELECT point_id FROM points WHERE map_id = ? AND cell_key = ?";
 
 // What can be told from the columns, before the rest is decoded.
 bool Matches(const MapPointQuery& query, const Query& row) {
-  if (query.box.has_value() && !query.box->contains(PositionAt(row, 1))) return false;
+  if (query.box.has_value() && !query.box->contains(Eigen::Vector3d(row.Real(1), row.Real(2), row.Real(3)))) {
+    return false;
+  }
   if (row.Real(5) < static_cast<double>(query.min_confidence)) return false;
   if (row.Int(6) < static_cast<int64_t>(query.min_observations)) return false;
   if (query.seen.has_value() && (row.Int(7) >= query.seen->end || row.Int(8) < query.seen->begin))
@@ -73,6 +51,32 @@ class Delivery {
   MapPointRecord point_;
   size_t delivered_ = 0;
 };
+
+// Ids behind `after` of the points in all cells that meet the box, ascending; nullopt when they are too many
+// to list.
+absl::StatusOr<std::optional<std::vector<uint64_t>>> FindCandidates(Connection& connection, MapId map,
+                                                                    const Eigen::AlignedBox3d& box,
+                                                                    MapPointId after) {
+  SEMMAP_ASSIGN_OR_RETURN(const MapPlacement placement, ReadPlacement(connection, map));
+  if (placement.cell_size == 0) return std::vector<uint64_t>();
+  SEMMAP_ASSIGN_OR_RETURN(const auto cells,
+                          FindPointCells(connection, map, box, placement.cell_size, kMaxCandidates));
+  if (!cells.has_value()) return std::nullopt;
+  std::vector<uint64_t> ids;
+  Query select(connection, kSelectInCell);
+  for (const int64_t cell : *cells) {
+    select.Bind(map).Bind(cell);
+    while (true) {
+      SEMMAP_ASSIGN_OR_RETURN(const bool row, select.Step());
+      if (!row) break;
+      if (select.Unsigned(0) > after.value()) ids.push_back(select.Unsigned(0));
+    }
+    if (ids.size() > kMaxCandidates) return std::nullopt;
+    select.Reset();
+  }
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
 
 absl::Status VisitAll(Connection& connection, MapId map, MapPointId after, Delivery* delivery) {
   Query rows(connection, kSelectAllPoints);
@@ -108,7 +112,7 @@ extern const char kSelectAllPoints[] =
 
 absl::Status ReadPointRow(const Query& row, MapPointRecord* point) {
   point->id = row.IdAt<MapPointId>(0);
-  point->position_in_map = PositionAt(row, 1);
+  point->position_in_map = {row.Real(1), row.Real(2), row.Real(3)};
   point->semantic_class = static_cast<uint8_t>(row.Int(4));
   point->class_confidence = static_cast<float>(row.Real(5));
   point->observation_count = static_cast<uint32_t>(row.Int(6));
@@ -124,58 +128,15 @@ absl::Status ReadPointRow(const Query& row, MapPointRecord* point) {
   return absl::DataLossError(absl::StrCat("map point ", point->id.value(), ": ", appearance.message()));
 }
 
-absl::StatusOr<bool> UpsertPoint(Connection& connection, MapId map, SessionId session,
-                                 const MapPointRecord& point, ByteWriter* buffer) {
-  EncodeAppearance(point, buffer);
-  const Cell cell = CellOf(PointIndex(), point.position_in_map);
-  bool is_new = true;
-  bool moved = true;
-  {
-    Query select(connection, kSelectPosition);
-    select.Bind(map).Bind(point.id);
-    SEMMAP_ASSIGN_OR_RETURN(const bool found, select.Step());
-    is_new = !found;
-    moved = is_new || CellOf(PointIndex(), PositionAt(select, 0)) != cell;
-  }
-  Query write(connection, is_new ? kInsert : kUpdate);
-  BindPoint(point, buffer->view(), &write);
-  write.Bind(map).Bind(point.id);
-  if (is_new) write.Bind(session);
-  SEMMAP_RETURN_IF_ERROR(write.Run());
-  if (moved) SEMMAP_RETURN_IF_ERROR(PutCell(connection, PointIndex(), map, point.id.value(), cell));
-  return is_new;
-}
-
-absl::StatusOr<bool> ErasePoint(Connection& connection, MapId map, MapPointId point) {
-  SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kDelete, map, point));
-  if (connection.changes() == 0) return false;
-  SEMMAP_RETURN_IF_ERROR(EraseCell(connection, PointIndex(), map, point.value()));
-  return true;
-}
-
-absl::StatusOr<int64_t> ErasePointsOf(Connection& connection, MapId map, SessionId session) {
-  {
-    Query ids(connection, kSelectOfSession);
-    ids.Bind(map).Bind(session);
-    while (true) {
-      SEMMAP_ASSIGN_OR_RETURN(const bool row, ids.Step());
-      if (!row) break;
-      SEMMAP_RETURN_IF_ERROR(EraseCell(connection, PointIndex(), map, ids.Unsigned(0)));
-    }
-  }
-  SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kDeleteOfSession, map, session));
-  return connection.changes();
-}
+int64_t CellKeyOfRow(const Query& row) { return row.Int(11); }
 
 absl::Status VisitPoints(Connection& connection, MapId map, const MapPointQuery& query,
                          const MapPointVisitor& visit) {
   Delivery delivery(query, visit);
   if (!query.box.has_value()) return VisitAll(connection, map, query.after, &delivery);
-  SEMMAP_ASSIGN_OR_RETURN(const auto candidates,
-                          FindCandidates(connection, PointIndex(), map, *query.box, kMaxCandidates));
-  if (!candidates.has_value()) return VisitAll(connection, map, query.after, &delivery);
-  const auto first = std::upper_bound(candidates->begin(), candidates->end(), query.after.value());
-  return VisitCandidates(connection, map, std::span<const uint64_t>(first, candidates->end()), &delivery);
+  SEMMAP_ASSIGN_OR_RETURN(const auto candidates, FindCandidates(connection, map, *query.box, query.after));
+  return candidates.has_value() ? VisitCandidates(connection, map, *candidates, &delivery)
+                                : VisitAll(connection, map, query.after, &delivery);
 }
 
 absl::StatusOr<std::vector<MapPointRecord>> ReadPoints(Connection& connection, MapId map,
