@@ -19,6 +19,9 @@ struct SourceOptions {
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenSource(const std::string& spec,
                                                         const SourceOptions& options);
 
+// Whether the text has the form KIND:PATH of a known kind.
+bool IsSourceSpec(const std::string& spec);
+
 // One line for --help.
 const char* SourceSpecHelp();
 

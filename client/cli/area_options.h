@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include "CLI/CLI.hpp"
+#include "semmap/v1/query.pb.h"
+
+namespace semmap::client {
+
+// Where a query looks: at most one of a box and a sphere; everywhere without.
+struct AreaOptions {
+  std::vector<double> box;     // min x y z, max x y z
+  std::vector<double> sphere;  // centre x y z, radius
+};
+
+void AddAreaOptions(CLI::App& command, AreaOptions* options);
+// Sets `area` if one was given; true if so.
+bool FillArea(const AreaOptions& options, v1::Area* area);
+
+}  // namespace semmap::client

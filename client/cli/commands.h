@@ -1,0 +1,29 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "CLI/CLI.hpp"
+#include "absl/status/status.h"
+#include "client/cli/console.h"
+
+namespace semmap::client {
+
+// What the chosen command does; set while the command line is parsed, run afterwards.
+using Action = std::function<absl::Status(const Console& console)>;
+
+// Each adds its command below `parent`; when the command is chosen, it sets `action`. The options' storage is
+// kept alive by the callbacks.
+void AddDriveCommand(CLI::App& parent, Action* action);
+void AddMapsCommand(CLI::App& parent, Action* action);
+void AddMapCommand(CLI::App& parent, Action* action);
+void AddPointsCommand(CLI::App& parent, Action* action);
+void AddKeyFramesCommand(CLI::App& parent, Action* action);
+void AddTrajectoryCommand(CLI::App& parent, Action* action);
+void AddEvalCommand(CLI::App& parent, Action* action);
+
+// The program `semmap` without its name; returns the exit code: 0 done, 1 failed, 2 called in a wrong way.
+int RunCommandLine(std::vector<std::string> arguments, const Console& console);
+
+}  // namespace semmap::client

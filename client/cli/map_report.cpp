@@ -1,0 +1,94 @@
+#include "client/cli/map_report.h"
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/cli/class_names.h"
+#include "client/cli/table.h"
+#include "client/names.h"
+
+namespace semmap::client {
+namespace {
+
+using nlohmann::json;
+
+json VectorJson(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+json BoxJson(bool there, const v1::Box& box) {
+  if (!there) return nullptr;
+  return {{"min", VectorJson(box.min())}, {"max", VectorJson(box.max())}};
+}
+
+std::string BoxText(bool there, const v1::Box& box) {
+  if (!there) return "-";
+  return absl::StrFormat("x %.1f to %.1f, y %.1f to %.1f, z %.1f to %.1f m", box.min().x(), box.max().x(),
+                         box.min().y(), box.max().y(), box.min().z(), box.max().z());
+}
+
+}  // namespace
+
+const char* MapStateName(v1::MapState state) {
+  switch (state) {
+    case v1::MAP_STATE_EMPTY:
+      return "empty";
+    case v1::MAP_STATE_READY:
+      return "ready";
+    default:
+      return "unknown";
+  }
+}
+
+json MapJson(const v1::Map& map) {
+  return {{"name", IdOfName(map.name())},
+          {"display_name", map.display_name()},
+          {"state", MapStateName(map.state())},
+          {"version", map.version()},
+          {"keyframes", map.keyframe_count()},
+          {"points", map.point_count()},
+          {"create_time", map.create_time().seconds()},
+          {"update_time", map.update_time().seconds()}};
+}
+
+json MapSummaryJson(const v1::MapSummary& summary) {
+  json result = MapJson(summary.map());
+  result["point_extent"] = BoxJson(summary.has_point_extent(), summary.point_extent());
+  result["keyframe_extent"] = BoxJson(summary.has_keyframe_extent(), summary.keyframe_extent());
+  result["trajectory_length_m"] = summary.trajectory_length_m();
+  result["frames"] = summary.frame_count();
+  result["sessions"] = summary.session_count();
+  result["size_bytes"] = summary.size_bytes();
+  result["first_timestamp_ns"] = summary.first_timestamp_ns();
+  result["last_timestamp_ns"] = summary.last_timestamp_ns();
+  result["classes"] = json::array();
+  for (const v1::ClassCount& count : summary.classes()) {
+    result["classes"].push_back({{"class", count.semantic_class()},
+                                 {"name", ClassName(count.semantic_class())},
+                                 {"points", count.points()}});
+  }
+  return result;
+}
+
+std::string MapSummaryTable(const v1::MapSummary& summary) {
+  const v1::Map& map = summary.map();
+  std::string text = absl::StrFormat(
+      "name        %s\n"
+      "state       %s, version %d\n"
+      "updated     %s UTC\n"
+      "holds       %d keyframes, %d points, %d sessions, %d frames\n"
+      "length      %.1f m\n"
+      "points in   %s\n"
+      "cameras in  %s\n"
+      "size        %s\n",
+      IdOfName(map.name()), MapStateName(map.state()), map.version(), FormatUtc(map.update_time().seconds()),
+      map.keyframe_count(), map.point_count(), summary.session_count(), summary.frame_count(),
+      summary.trajectory_length_m(), BoxText(summary.has_point_extent(), summary.point_extent()),
+      BoxText(summary.has_keyframe_extent(), summary.keyframe_extent()), FormatBytes(summary.size_bytes()));
+  if (summary.classes().empty()) return text;
+  Table classes({"CLASS", "NAME", "POINTS"});
+  for (const v1::ClassCount& count : summary.classes()) {
+    classes.AddRow({absl::StrCat(count.semantic_class()), ClassName(count.semantic_class()),
+                    absl::StrCat(count.points())});
+  }
+  return absl::StrCat(text, "\n", classes.Format());
+}
+
+}  // namespace semmap::client

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "nlohmann/json.hpp"
+#include "semmap/v1/map.pb.h"
+
+namespace semmap::client {
+
+const char* MapStateName(v1::MapState state);
+nlohmann::json MapJson(const v1::Map& map);
+nlohmann::json MapSummaryJson(const v1::MapSummary& summary);
+std::string MapSummaryTable(const v1::MapSummary& summary);
+
+}  // namespace semmap::client
