@@ -33,13 +33,13 @@ absl::StatusOr<Response> CallUnary(const Connection& connection, Stub& stub,
 }
 
 template <typename Response>
-absl::Status ReadAll(std::shared_ptr<MessageReader<Response>> reader, std::chrono::milliseconds timeout,
+absl::Status ReadAll(MessageReader<Response>& reader, std::chrono::milliseconds timeout,
                      const Client::Consumer<Response>& consumer) {
-  reader->Begin(reader);
-  while (const Response* response = reader->Next(timeout)) {
-    if (!consumer(*response)) return reader->Finish(true);
+  reader.Begin();
+  while (const Response* response = reader.Next(timeout)) {
+    if (!consumer(*response)) return reader.Finish(true);
   }
-  return reader->Finish(false);
+  return reader.Finish(false);
 }
 
 absl::Status Stopped() { return absl::CancelledError("the caller wanted no more"); }
@@ -99,9 +99,9 @@ absl::StatusOr<v1::MapSummary> Client::GetMapSummary(const std::string& map) {
 absl::Status Client::QueryMapPoints(v1::QueryMapPointsRequest request,
                                     const Consumer<v1::QueryMapPointsResponse>& consumer) {
   request.set_map(MapName(request.map()));
-  auto reader = std::make_shared<MessageReader<v1::QueryMapPointsResponse>>();
-  stubs_->maps.async()->QueryMapPoints(reader->context(), &request, reader.get());
-  return ReadAll(std::move(reader), connection_->options().call_timeout, consumer);
+  MessageReader<v1::QueryMapPointsResponse> reader;
+  stubs_->maps.async()->QueryMapPoints(reader.context(), &request, &reader);
+  return ReadAll(reader, connection_->options().call_timeout, consumer);
 }
 
 absl::Status Client::QueryKeyFrames(v1::QueryKeyFramesRequest request,
@@ -124,9 +124,9 @@ absl::Status Client::GetTrajectory(v1::GetTrajectoryRequest request,
                                    const Consumer<v1::GetTrajectoryResponse>& consumer) {
   request.set_map(MapName(request.map()));
   if (!request.session().empty()) request.set_session(SessionName(request.session()));
-  auto reader = std::make_shared<MessageReader<v1::GetTrajectoryResponse>>();
-  stubs_->maps.async()->GetTrajectory(reader->context(), &request, reader.get());
-  return ReadAll(std::move(reader), connection_->options().call_timeout, consumer);
+  MessageReader<v1::GetTrajectoryResponse> reader;
+  stubs_->maps.async()->GetTrajectory(reader.context(), &request, &reader);
+  return ReadAll(reader, connection_->options().call_timeout, consumer);
 }
 
 absl::StatusOr<v1::Session> Client::GetSession(const std::string& session) {

@@ -95,7 +95,7 @@ class StreamingDrive : public Drive {
   const DriveObserver observer_;
   v1::SessionStarted first_started_;
   bool end_sent_ = false;
-  std::shared_ptr<DriveStream> stream_;
+  std::unique_ptr<DriveStream> stream_;
 
   mutable absl::Mutex mutex_;  // guards all below
   FrameKeeper keeper_ ABSL_GUARDED_BY(mutex_);

@@ -10,11 +10,10 @@ namespace semmap::client {
 DriveStream::DriveStream(OnMessage on_message, OnEnd on_end)
     : on_message_(std::move(on_message)), on_end_(std::move(on_end)) {}
 
-std::shared_ptr<DriveStream> DriveStream::Open(v1::SessionService::Stub* stub, OnMessage on_message,
+std::unique_ptr<DriveStream> DriveStream::Open(v1::SessionService::Stub* stub, OnMessage on_message,
                                                OnEnd on_end) {
-  std::shared_ptr<DriveStream> stream(  // NOLINT: the constructor is private
+  std::unique_ptr<DriveStream> stream(  // NOLINT: the constructor is private
       new DriveStream(std::move(on_message), std::move(on_end)));
-  stream->self_ = stream;
   stub->async()->StreamFrames(&stream->context_, stream.get());
   stream->AddHold();
   stream->StartRead(&stream->response_);
@@ -78,8 +77,9 @@ void DriveStream::Close(bool write_is_over) {
 }
 
 void DriveStream::OnDone(const grpc::Status& status) {
-  const std::shared_ptr<DriveStream> self = std::move(self_);
-  on_end_(FromGrpc(status));
+  // Whoever is told may destroy this at once.
+  const OnEnd on_end = on_end_;
+  on_end(FromGrpc(status));
 }
 
 }  // namespace semmap::client

@@ -15,14 +15,14 @@
 namespace semmap::client {
 
 // One gRPC stream of a drive; a drive that resumes goes through several, one after the other. Callbacks come
-// one at a time from gRPC's threads; `on_end` is the last, and always comes.
+// one at a time from gRPC's threads; `on_end` is the last, and always comes. Keep the stream until then, and
+// no longer than the program: what hangs on it must not be released while gRPC shuts down.
 class DriveStream : public grpc::ClientBidiReactor<v1::StreamFramesRequest, v1::StreamFramesResponse> {
  public:
   using OnMessage = std::function<void(const v1::StreamFramesResponse&)>;
   using OnEnd = std::function<void(const absl::Status&)>;
 
-  // Opens the stream; it keeps itself alive until its end.
-  static std::shared_ptr<DriveStream> Open(v1::SessionService::Stub* stub, OnMessage on_message,
+  static std::unique_ptr<DriveStream> Open(v1::SessionService::Stub* stub, OnMessage on_message,
                                            OnEnd on_end);
 
   // Writes one message and waits until gRPC has taken it (flow control). False: the stream has ended or will,
@@ -45,7 +45,6 @@ class DriveStream : public grpc::ClientBidiReactor<v1::StreamFramesRequest, v1::
 
   const OnMessage on_message_;
   const OnEnd on_end_;
-  std::shared_ptr<DriveStream> self_;
   grpc::ClientContext context_;
   v1::StreamFramesResponse response_;  // of the read under way
   v1::StreamFramesRequest request_;    // of the write under way

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <chrono>
-#include <memory>
 
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/support/client_callback.h>
@@ -14,13 +13,12 @@
 namespace semmap::client {
 
 // Reads a streamed answer message by message, with a limit for each message instead of one for the whole
-// call. Make it with std::make_shared, start the call, then call Begin.
+// call. Start the call, then call Begin; Finish before the reader goes. Its owner, not gRPC's thread, takes
+// it apart: what hangs on the call must not be released while the program already ends.
 template <typename Response>
 class MessageReader : public grpc::ClientReadReactor<Response> {
  public:
-  // gRPC uses the reader until OnDone: it keeps itself alive until then.
-  void Begin(std::shared_ptr<MessageReader> self) {
-    self_ = std::move(self);
+  void Begin() {
     this->AddHold();
     this->StartCall();
   }
@@ -60,7 +58,6 @@ class MessageReader : public grpc::ClientReadReactor<Response> {
   }
 
   void OnDone(const grpc::Status& status) override {
-    const std::shared_ptr<MessageReader> self = std::move(self_);
     absl::MutexLock lock(&mutex_);
     status_ = status;
     done_ = true;
@@ -72,7 +69,6 @@ class MessageReader : public grpc::ClientReadReactor<Response> {
   bool IsRead() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return state_ != State::kReading; }
   bool IsDone() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return done_; }
 
-  std::shared_ptr<MessageReader> self_;
   grpc::ClientContext context_;
   Response response_;
   absl::Mutex mutex_;  // guards all below
