@@ -30,9 +30,10 @@ class Player {
     if (sent.ok()) answered = drive_.WaitForAnswers(kAnswerTimeout);
     const auto done = Clock::now();
     if (first_sent_) result_.duration_s = SecondsBetween(*first_sent_, done);
-    line_.Close(Progress());
     // Also after a failure of the source: the server shall keep what it has. A drive that is over refuses.
     absl::StatusOr<v1::SessionSummary> summary = drive_.Finish();
+    // Not before: the last answer may still be on its way to the monitor when the wait for answers is over.
+    line_.Close(Progress());
     SEMMAP_RETURN_IF_ERROR(sent);
     SEMMAP_RETURN_IF_ERROR(answered);
     SEMMAP_ASSIGN_OR_RETURN(result_.summary, std::move(summary));
