@@ -12,11 +12,11 @@ void ServerConfig::Read(ConfigReader& reader) {
   reader.Number("query_threads", &query_threads, 1, 256);
   reader.Number("max_queries", &max_queries, 1, 100'000);
   reader.Number("max_sessions", &max_sessions, 1, 100'000);
-  reader.Number("max_maps", &max_maps, 1, 100'000'000);
   reader.Number("max_streams_per_connection", &max_streams_per_connection, 1, 10'000);
   reader.Number("max_message_mb", &max_message_mb, 1, 1024);
   reader.Number("max_image_pixels", &max_image_pixels, int64_t{256}, int64_t{268'435'456});
   reader.Number("credit_window", &credit_window, 1, 1024);
+  reader.Number("mapper_backlog", &mapper_backlog, 0, 100);
   reader.Number("writer_queue", &writer_queue, 1, 100'000);
   reader.Number("resume_timeout_s", &resume_timeout_s, 0, 86'400);
   reader.Number("hello_timeout_s", &hello_timeout_s, 0.01, 3600);

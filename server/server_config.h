@@ -18,12 +18,14 @@ struct ServerConfig {
   int query_threads = 2;     // unary calls and queries
   int max_queries = 64;      // running and waiting; more: RESOURCE_EXHAUSTED
   int max_sessions = 64;     // running and interrupted; more: RESOURCE_EXHAUSTED
-  int max_maps = 100000;
   int max_streams_per_connection = 128;
   int max_message_mb = 32;
   int64_t max_image_pixels = 16'777'216;
   int credit_window = 8;   // frames that a session may have on the way
   int writer_queue = 256;  // changes of maps that wait for the database; more: mappers wait
+  // BLOCK sessions: keyframes that may wait for the mapper when the next frame is tracked. 0: the map is
+  // always up to date, and tracking waits for it.
+  int mapper_backlog = 0;
   double resume_timeout_s = 30;
   double hello_timeout_s = 10;  // for the first message of a stream
   double drain_timeout_s = 30;  // for sessions to end when the server stops

@@ -198,7 +198,8 @@ void VehicleSession::Process(const QueuedFrame& queued) {
   v1::SessionEndReason reason = v1::SESSION_END_REASON_BAD_REQUEST;
   if (input.ok()) {
     // A vehicle that waits for credit has time: its map keeps up with it, however fast it sends.
-    if (identity_.policy == v1::OVERLOAD_POLICY_BLOCK) slam_->WaitForMapper(kMapperBacklog);
+    if (identity_.policy == v1::OVERLOAD_POLICY_BLOCK)
+      slam_->WaitForMapper(environment_.config.mapper_backlog);
     auto result = slam_->Track(*input);
     if (result.ok()) {
       RecordResult(queued, *result, MillisecondsBetween(queued.arrival, start),

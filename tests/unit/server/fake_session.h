@@ -47,8 +47,8 @@ class FrameGate {
   std::vector<uint64_t> seen_;
 };
 
-// Stands in for SLAM where a test is about the service: tracks every frame to x = sequence, and makes every fifth one a
-// keyframe with one point, whose delta brings the frames since the last.
+// Stands in for SLAM where a test is about the service: tracks every frame to x = sequence, and makes every
+// fifth one a keyframe with one point, whose delta brings the frames since the last.
 class FakeSession : public Session {
  public:
   static constexpr uint64_t kKeyFrameInterval = 5;

@@ -60,7 +60,8 @@ TEST(FrameDecoder, RefusesImagesThatContradictTheRig) {
   *frame.mutable_right() = Grey();
   EXPECT_EQ(ReasonOf(DecodeFrame(frame, Rig(SensorType::kMono)).status()), v1::ERROR_REASON_IMAGE_UNEXPECTED);
   frame.mutable_right()->set_width(32);
-  EXPECT_EQ(ReasonOf(DecodeFrame(frame, Rig(SensorType::kStereo)).status()), v1::ERROR_REASON_IMAGE_SIZE_MISMATCH);
+  EXPECT_EQ(ReasonOf(DecodeFrame(frame, Rig(SensorType::kStereo)).status()),
+            v1::ERROR_REASON_IMAGE_SIZE_MISMATCH);
 }
 
 }  // namespace

@@ -40,7 +40,8 @@ v1::Image RawOf(const cv::Mat& pixels, v1::ImageEncoding encoding) {
   return image;
 }
 
-absl::StatusOr<cv::Mat> Decode(const v1::Image& image, ImageRole role = ImageRole::kGrey, cv::Size size = kSize) {
+absl::StatusOr<cv::Mat> Decode(const v1::Image& image, ImageRole role = ImageRole::kGrey,
+                               cv::Size size = kSize) {
   return DecodeImage(image, role, size, "image", 7);
 }
 
@@ -75,7 +76,8 @@ TEST(ImageDecoder, DecodesJpegAsOpenCvDoes) {
 TEST(ImageDecoder, DecodesDepthOfEveryKind) {
   cv::Mat millimetres(kSize, CV_16UC1, cv::Scalar(12345));
   EXPECT_EQ(MaxDifference(*Decode(FileOf(millimetres, ".png"), ImageRole::kDepth), millimetres), 0);
-  EXPECT_EQ(MaxDifference(*Decode(RawOf(millimetres, v1::IMAGE_ENCODING_RAW_DEPTH16), ImageRole::kDepth), millimetres),
+  EXPECT_EQ(MaxDifference(*Decode(RawOf(millimetres, v1::IMAGE_ENCODING_RAW_DEPTH16), ImageRole::kDepth),
+                          millimetres),
             0);
   cv::Mat metres(kSize, CV_32FC1, cv::Scalar(2.5));
   metres.at<float>(3, 4) = std::numeric_limits<float>::quiet_NaN();
@@ -112,7 +114,8 @@ TEST(ImageDecoder, FindsEveryFlippedBitOfPng) {
   }
 }
 
-// JPEG has no checksum, so one wrong bit can make another valid picture; a stretch of overwritten data cannot.
+// JPEG has no checksum, so one wrong bit can make another valid picture; a stretch of overwritten data
+// cannot.
 TEST(ImageDecoder, FindsOverwrittenJpegData) {
   const v1::Image whole = FileOf(TestImage(), ".jpg");
   const size_t size = whole.data().size();
@@ -141,8 +144,10 @@ TEST(ImageDecoder, RefusesNonsense) {
 
 TEST(ImageDecoder, ComparesSizesBeforeItDecodes) {
   const cv::Size other(200, 120);
-  EXPECT_EQ(ReasonFor(FileOf(TestImage(), ".jpg"), ImageRole::kGrey, other), v1::ERROR_REASON_IMAGE_SIZE_MISMATCH);
-  EXPECT_EQ(ReasonFor(FileOf(TestImage(), ".png"), ImageRole::kGrey, other), v1::ERROR_REASON_IMAGE_SIZE_MISMATCH);
+  EXPECT_EQ(ReasonFor(FileOf(TestImage(), ".jpg"), ImageRole::kGrey, other),
+            v1::ERROR_REASON_IMAGE_SIZE_MISMATCH);
+  EXPECT_EQ(ReasonFor(FileOf(TestImage(), ".png"), ImageRole::kGrey, other),
+            v1::ERROR_REASON_IMAGE_SIZE_MISMATCH);
   EXPECT_EQ(ReasonFor(RawOf(TestImage(), v1::IMAGE_ENCODING_RAW_GRAY8), ImageRole::kGrey, other),
             v1::ERROR_REASON_IMAGE_SIZE_MISMATCH);
   v1::Image contradicts = FileOf(TestImage(), ".jpg");

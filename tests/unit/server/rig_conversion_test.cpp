@@ -84,7 +84,8 @@ TEST(RigConversion, RefusesWhatIsNoRig) {
       {"no baseline", [](auto* rig) { rig->set_baseline_m(0); }},
       {"nan rate", [&](auto* rig) { rig->set_frames_per_second(nan); }},
       {"no rotation", [](auto* rig) { rig->mutable_body_from_camera()->mutable_translation()->set_x(1); }},
-      {"nan body", [&](auto* rig) {
+      {"nan body",
+       [&](auto* rig) {
          rig->mutable_body_from_camera()->mutable_rotation()->set_w(1);
          rig->mutable_body_from_camera()->mutable_translation()->set_x(nan);
        }},

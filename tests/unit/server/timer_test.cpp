@@ -24,7 +24,9 @@ TEST(Timer, CallsInTheOrderOfTime) {
 
 TEST(Timer, DropsWhatIsNotDueWhenItGoes) {
   bool called = false;
-  { Timer().After(absl::Hours(1), [&] { called = true; }); }
+  {
+    Timer().After(absl::Hours(1), [&] { called = true; });
+  }
   EXPECT_FALSE(called);
 }
 
