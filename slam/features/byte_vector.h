@@ -31,6 +31,10 @@ class ByteVector {
   friend ByteVector Max(ByteVector a, ByteVector b) {
     return ByteVector(_mm512_max_epu8(a.lanes_, b.lanes_));
   }
+  // (a + b + 1) / 2.
+  friend ByteVector Average(ByteVector a, ByteVector b) {
+    return ByteVector(_mm512_avg_epu8(a.lanes_, b.lanes_));
+  }
   // a - b, or 0 where that is negative.
   friend ByteVector Excess(ByteVector a, ByteVector b) {
     return ByteVector(_mm512_subs_epu8(a.lanes_, b.lanes_));
@@ -52,6 +56,10 @@ class ByteVector {
   friend ByteVector Max(ByteVector a, ByteVector b) {
     return ByteVector(_mm256_max_epu8(a.lanes_, b.lanes_));
   }
+  // (a + b + 1) / 2.
+  friend ByteVector Average(ByteVector a, ByteVector b) {
+    return ByteVector(_mm256_avg_epu8(a.lanes_, b.lanes_));
+  }
   friend ByteVector Excess(ByteVector a, ByteVector b) {
     return ByteVector(_mm256_subs_epu8(a.lanes_, b.lanes_));
   }
@@ -72,6 +80,10 @@ class ByteVector {
 
   friend ByteVector Min(ByteVector a, ByteVector b) { return ByteVector(_mm_min_epu8(a.lanes_, b.lanes_)); }
   friend ByteVector Max(ByteVector a, ByteVector b) { return ByteVector(_mm_max_epu8(a.lanes_, b.lanes_)); }
+  // (a + b + 1) / 2.
+  friend ByteVector Average(ByteVector a, ByteVector b) {
+    return ByteVector(_mm_avg_epu8(a.lanes_, b.lanes_));
+  }
   friend ByteVector Excess(ByteVector a, ByteVector b) {
     return ByteVector(_mm_subs_epu8(a.lanes_, b.lanes_));
   }
@@ -96,6 +108,10 @@ class ByteVector {
   }
   friend ByteVector Max(const ByteVector& a, const ByteVector& b) {
     return Lanewise([&](int lane) { return std::max(a.lanes_[lane], b.lanes_[lane]); });
+  }
+  friend ByteVector Average(const ByteVector& a, const ByteVector& b) {
+    return Lanewise(
+        [&](int lane) { return static_cast<uint8_t>((a.lanes_[lane] + b.lanes_[lane] + 1) / 2); });
   }
   friend ByteVector Excess(const ByteVector& a, const ByteVector& b) {
     return Lanewise(

@@ -22,7 +22,7 @@ bool Weaker(const Corner& a, const Corner& b) { return a.score < b.score; }
 
 }  // namespace
 
-void CornerSpread::SortIntoCells(const std::vector<Corner>& corners, const Region& region, int wanted) {
+void CornerSpread::SortIntoCells(std::span<const Corner> corners, const Region& region, int wanted) {
   const int width = region.max_x - region.min_x;
   const int height = region.max_y - region.min_y;
   const double side = std::sqrt(kCornersPerCell * width * height / wanted);
@@ -62,8 +62,8 @@ void CornerSpread::TakeRound(int strong_score) {
   cells_.resize(kept);
 }
 
-void CornerSpread::Select(const std::vector<Corner>& corners, const Region& region, int wanted,
-                          int strong_score, std::vector<Corner>* selected) {
+void CornerSpread::Select(std::span<const Corner> corners, const Region& region, int wanted, int strong_score,
+                          std::vector<Corner>* selected) {
   selected->clear();
   if (wanted <= 0 || corners.empty()) return;
   SortIntoCells(corners, region, wanted);

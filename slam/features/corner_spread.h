@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "slam/features/corner.h"
@@ -22,7 +23,7 @@ class CornerSpread {
   };
 
   // Fills `selected` with at most `wanted` of `corners`.
-  void Select(const std::vector<Corner>& corners, const Region& region, int wanted, int strong_score,
+  void Select(std::span<const Corner> corners, const Region& region, int wanted, int strong_score,
               std::vector<Corner>* selected);
 
  private:
@@ -33,7 +34,7 @@ class CornerSpread {
     int above_score = 0;
   };
 
-  void SortIntoCells(const std::vector<Corner>& corners, const Region& region, int wanted);
+  void SortIntoCells(std::span<const Corner> corners, const Region& region, int wanted);
   void TakeRound(int strong_score);
 
   std::vector<uint16_t> column_of_x_;

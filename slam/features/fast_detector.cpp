@@ -6,13 +6,18 @@
 #include <cstddef>
 
 #include "slam/features/byte_vector.h"
+#include "slam/features/padded_image.h"
 
 namespace semmap {
 namespace {
 
 constexpr int kCircle = 16;
 constexpr int kLanes = ByteVector::kLanes;
-static_assert(kLanes <= FastDetector::kOverread);
+static_assert(kLanes <= kImagePadding);
+// Bytes after each row of scores, which vectors and slots written ahead reach.
+constexpr int kTail = 128;
+// Corners that are written at once.
+constexpr int kAhead = 4;
 
 // Byte offsets of the circle's pixels, clockwise from the top.
 std::array<ptrdiff_t, kCircle> CircleOffsets(ptrdiff_t step) {
@@ -96,27 +101,6 @@ void ScoreRow(const uint8_t* row, ptrdiff_t step, int count, uint8_t threshold, 
   std::fill_n(scores + count, kLanes, uint8_t{0});
 }
 
-// Appends the local maxima of a row of scores. Of equal neighbours the first counts.
-void AppendMaxima(const uint8_t* scores, ptrdiff_t row_bytes, int count, int threshold,
-                  const cv::Point& first, std::vector<Corner>* corners) {
-  const uint8_t* above = scores - row_bytes;
-  const uint8_t* below = scores + row_bytes;
-  for (int i = 0; i < count; i += kLanes) {
-    const ByteVector score = ByteVector::Load(scores + i);
-    if (Greater(score, ByteVector::Zero()) == 0) continue;
-    const ByteVector before = Max(Max(ByteVector::Load(above + i - 1), ByteVector::Load(above + i)),
-                                  Max(ByteVector::Load(above + i + 1), ByteVector::Load(scores + i - 1)));
-    const ByteVector after = Max(Max(ByteVector::Load(below + i - 1), ByteVector::Load(below + i)),
-                                 Max(ByteVector::Load(below + i + 1), ByteVector::Load(scores + i + 1)));
-    auto maxima = static_cast<ByteVector::Mask>(Greater(score, before) & ~Greater(after, score));
-    for (; maxima != 0; maxima &= static_cast<ByteVector::Mask>(maxima - 1)) {
-      const int lane = i + std::countr_zero(maxima);
-      corners->push_back({static_cast<uint16_t>(first.x + lane), static_cast<uint16_t>(first.y),
-                          static_cast<uint8_t>(scores[lane] + threshold)});
-    }
-  }
-}
-
 // Where a parabola through three neighbouring scores has its maximum, relative to the middle one, which is
 // the greatest.
 float ParabolaMaximum(int before, int middle, int after) {
@@ -129,17 +113,48 @@ float ParabolaMaximum(int before, int middle, int after) {
 // Makes room for the scores of a region, with a frame of zeros above and below.
 void FastDetector::LayOut(const cv::Rect& region) {
   region_ = region;
-  row_bytes_ = kLead + region.width + 2 * kLanes;
+  row_bytes_ = kLead + region.width + kTail;
   const size_t bytes = static_cast<size_t>(row_bytes_) * (region.height + 2);
   if (scores_.size() < bytes) scores_.resize(bytes);
   std::fill_n(ScoreRowOf(region.y - 1) - kLead, row_bytes_, uint8_t{0});
   std::fill_n(ScoreRowOf(region.y + region.height) - kLead, row_bytes_, uint8_t{0});
 }
 
-void FastDetector::Detect(const cv::Mat& image, const cv::Rect& region, int threshold,
-                          std::vector<Corner>* corners) {
-  corners->clear();
-  if (region.empty()) return;
+// Appends the local maxima of a row of scores. Of equal neighbours the first counts.
+void FastDetector::AppendMaxima(int y, int threshold) {
+  const uint8_t* scores = ScoreRowOf(y);
+  const uint8_t* above = scores - row_bytes_;
+  const uint8_t* below = scores + row_bytes_;
+  // No two neighbours are maxima. Slots are written ahead of the count.
+  const size_t most = corner_count_ + static_cast<size_t>(region_.width) / 2 + 1 + kAhead;
+  if (corners_.size() < most) corners_.resize(2 * most);
+  Corner* next = corners_.data() + corner_count_;
+  for (int i = 0; i < region_.width; i += kLanes) {
+    const ByteVector score = ByteVector::Load(scores + i);
+    if (Greater(score, ByteVector::Zero()) == 0) continue;
+    const ByteVector before = Max(Max(ByteVector::Load(above + i - 1), ByteVector::Load(above + i)),
+                                  Max(ByteVector::Load(above + i + 1), ByteVector::Load(scores + i - 1)));
+    const ByteVector after = Max(Max(ByteVector::Load(below + i - 1), ByteVector::Load(below + i)),
+                                 Max(ByteVector::Load(below + i + 1), ByteVector::Load(scores + i + 1)));
+    uint64_t maxima = Greater(score, before) & ~uint64_t{Greater(after, score)};
+    Corner* end = next + std::popcount(maxima);
+    // A few at a time whether or not there are as many: cheaper than a branch for each that is guessed
+    // wrongly.
+    for (; next < end; next += kAhead) {
+      for (int k = 0; k < kAhead; ++k, maxima &= maxima - 1) {
+        const int lane = i + std::countr_zero(maxima);
+        next[k] = {static_cast<uint16_t>(region_.x + lane), static_cast<uint16_t>(y),
+                   static_cast<uint8_t>(scores[lane] + threshold)};
+      }
+    }
+    next = end;
+  }
+  corner_count_ = static_cast<size_t>(next - corners_.data());
+}
+
+std::span<const Corner> FastDetector::Detect(const cv::Mat& image, const cv::Rect& region, int threshold) {
+  corner_count_ = 0;
+  if (region.empty()) return {};
   LayOut(region);
   const auto step = static_cast<ptrdiff_t>(image.step[0]);
   // Maxima are taken one row behind the scores, while these are at hand.
@@ -147,9 +162,9 @@ void FastDetector::Detect(const cv::Mat& image, const cv::Rect& region, int thre
     if (y < region.y + region.height) {
       ScoreRow(image.ptr(y, region.x), step, region.width, static_cast<uint8_t>(threshold), ScoreRowOf(y));
     }
-    if (y > region.y)
-      AppendMaxima(ScoreRowOf(y - 1), row_bytes_, region.width, threshold, {region.x, y - 1}, corners);
+    if (y > region.y) AppendMaxima(y - 1, threshold);
   }
+  return {corners_.data(), corner_count_};
 }
 
 cv::Point2f FastDetector::SubPixelOffset(const Corner& corner) const {

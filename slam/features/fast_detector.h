@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
@@ -17,12 +18,10 @@ class FastDetector {
  public:
   // Rows and columns around the region to search that the circle needs.
   static constexpr int kCircleRadius = 3;
-  // Vector loads may read this many bytes past a row's last pixel.
-  static constexpr int kOverread = 64;
 
-  // Fills `corners`, row by row, with those of score above `threshold` in `region`, which keeps kCircleRadius
-  // away from the borders of `image` (CV_8UC1, kOverread readable bytes after each row).
-  void Detect(const cv::Mat& image, const cv::Rect& region, int threshold, std::vector<Corner>* corners);
+  // Corners of score above `threshold` in `region`, row by row; valid until the next call. The region keeps
+  // kCircleRadius away from the borders of `image`, which is padded (padded_image.h).
+  std::span<const Corner> Detect(const cv::Mat& image, const cv::Rect& region, int threshold);
 
   // Where between the pixels the score of a corner of the last Detect has its maximum: from the corner, at
   // most half a pixel in x and in y; a parabola through the scores of neighbours.
@@ -30,6 +29,7 @@ class FastDetector {
 
  private:
   void LayOut(const cv::Rect& region);
+  void AppendMaxima(int y, int threshold);
   uint8_t* ScoreRowOf(int y) {
     return scores_.data() + static_cast<ptrdiff_t>(y - region_.y + 1) * row_bytes_ + kLead;
   }
@@ -41,6 +41,9 @@ class FastDetector {
   ptrdiff_t row_bytes_ = 0;
   // What the scores of the region exceed the threshold by, within a frame of zeros.
   std::vector<uint8_t> scores_;
+  // The first corner_count_ count.
+  std::vector<Corner> corners_;
+  size_t corner_count_ = 0;
 };
 
 }  // namespace semmap

@@ -14,8 +14,6 @@ namespace semmap {
 // size. Not thread-safe.
 class ImagePyramid {
  public:
-  static constexpr int kSlack = 64;
-
   ImagePyramid(int levels, double scale_factor) : scale_factor_(scale_factor), levels_(levels) {}
 
   // Copies `grey` (CV_8UC1) and scales it down.
@@ -29,7 +27,7 @@ class ImagePyramid {
   void Allocate(const cv::Size& size);
 
   double scale_factor_;
-  std::vector<cv::Mat> levels_;  // windows into memory with slack
+  std::vector<cv::Mat> levels_;  // each padded
   std::vector<Downscaler> downscalers_;
 };
 

@@ -7,6 +7,7 @@
 #include "slam/features/corner_spread.h"
 #include "slam/features/fast_detector.h"
 #include "slam/features/image_pyramid.h"
+#include "slam/features/padded_image.h"
 #include "slam/features/patch_orientation.h"
 #include "slam/features/smoothing.h"
 #include "slam/features/steered_brief.h"
@@ -15,7 +16,6 @@ namespace semmap {
 namespace {
 
 // Room that the orientation disc and the rotated pattern need around a corner.
-static_assert(ImagePyramid::kSlack >= FastDetector::kOverread);
 constexpr int kMargin = std::max(kOrientationRadius, kBriefRadius) + 1;
 // A level smaller than this has no room for corners worth having.
 constexpr int kMinLevelSide = 2 * kMargin + 8;
@@ -66,7 +66,6 @@ struct OrbExtractor::State {
   ImagePyramid pyramid;
   Smoother smoother;
   cv::Mat smoothed;  // one level at a time
-  std::vector<Corner> corners;
   std::vector<Corner> selected;
   FastDetector detector;
   CornerSpread spread;
@@ -78,8 +77,9 @@ int OrbExtractor::State::ExtractLevel(int level, int wanted, FrameFeatures* feat
   const cv::Mat& image = pyramid.levels()[level];
   if (image.cols < kMinLevelSide || image.rows < kMinLevelSide) return 0;
   const CornerSpread::Region region{kMargin, kMargin, image.cols - kMargin, image.rows - kMargin};
-  detector.Detect(image, {kMargin, kMargin, image.cols - 2 * kMargin, image.rows - 2 * kMargin},
-                  config.min_fast_threshold, &corners);
+  const auto corners =
+      detector.Detect(image, {kMargin, kMargin, image.cols - 2 * kMargin, image.rows - 2 * kMargin},
+                      config.min_fast_threshold);
   spread.Select(corners, region, wanted, config.fast_threshold, &selected);
   if (!selected.empty()) Describe(level, features);
   return static_cast<int>(selected.size());
@@ -123,7 +123,7 @@ void OrbExtractor::Extract(const cv::Mat& grey, FrameFeatures* features) {
     return;
   }
   state_->pyramid.Build(grey);
-  state_->smoothed.create(grey.size(), CV_8UC1);
+  if (state_->smoothed.size() != grey.size()) state_->smoothed = MakePaddedImage(grey.size());
   // What a coarse level cannot give, the next finer one may.
   int missing = 0;
   for (int level = state_->config.levels - 1; level >= 0; --level) {

@@ -1,28 +1,31 @@
 #include "slam/features/smoothing.h"
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
+
+#include "slam/features/byte_vector.h"
+#include "slam/features/padded_image.h"
 
 namespace semmap {
 namespace {
 
 constexpr int kRadius = Smoother::kRadius;
 constexpr int kTaps = 2 * kRadius + 1;
-// exp(-d^2 / 8) for d = 0 to 3, scaled so that the seven weights sum to 256.
-constexpr std::array<uint16_t, kRadius + 1> kWeights = {54, 49, 34, 18};
-static_assert(kWeights[0] + 2 * (kWeights[1] + kWeights[2] + kWeights[3]) == 256);
+static_assert(ByteVector::kLanes <= kImagePadding);
 
 using Taps = std::array<const uint8_t*, kTaps>;
 
-// to[x] = sum of weights[i] * taps[i][x], rounded. The sum fits 16 bits, which doubles the pixels in a
-// vector.
-void WeighTaps(const Taps& taps, int count, uint8_t* __restrict to) {
-  for (int x = 0; x < count; ++x) {
-    const auto sum = static_cast<uint16_t>(
-        kWeights[0] * taps[3][x] + kWeights[1] * (taps[2][x] + taps[4][x]) +
-        kWeights[2] * (taps[1][x] + taps[5][x]) + kWeights[3] * (taps[0][x] + taps[6][x]) + 128);
-    to[x] = static_cast<uint8_t>(sum >> 8);
+// Weights 1 2 3 4 3 2 1: the mean of 1 0 2 2 2 0 1 and 0 2 1 2 1 2 0.
+void AverageTaps(const Taps& taps, int count, uint8_t* to) {
+  for (int x = 0; x < count; x += ByteVector::kLanes) {
+    const auto tap = [&](int i) { return ByteVector::Load(taps[i] + x); };
+    const ByteVector centre = tap(3);
+    const ByteVector inner = Average(tap(2), tap(4));
+    const ByteVector middle = Average(tap(1), tap(5));
+    const ByteVector outer = Average(tap(0), tap(6));
+    const ByteVector odd = Average(Average(outer, centre), inner);
+    const ByteVector even = Average(middle, Average(inner, centre));
+    Average(odd, even).Store(to + x);
   }
 }
 
@@ -36,18 +39,18 @@ int Mirrored(int i, int count) {
 
 void Smoother::Smooth(const cv::Mat& image, cv::Mat* smooth) {
   const int width = image.cols;
-  row_.resize(static_cast<size_t>(width) + 2 * kRadius);
+  row_.resize(static_cast<size_t>(width) + 2 * kRadius + 2 * kImagePadding);
   uint8_t* row = row_.data() + kRadius;
   for (int y = 0; y < image.rows; ++y) {
     Taps taps;
     for (int i = 0; i < kTaps; ++i) taps[i] = image.ptr(Mirrored(y + i - kRadius, image.rows));
-    WeighTaps(taps, width, row);
+    AverageTaps(taps, width, row);
     for (int i = 1; i <= kRadius; ++i) {
       row[-i] = row[i];
       row[width - 1 + i] = row[width - 1 - i];
     }
     for (int i = 0; i < kTaps; ++i) taps[i] = row + i - kRadius;
-    WeighTaps(taps, width, smooth->ptr(y));
+    AverageTaps(taps, width, smooth->ptr(y));
   }
 }
 

@@ -7,15 +7,16 @@
 
 namespace semmap {
 
-// Gaussian smoothing over 7 x 7 pixels with a standard deviation of 2, in 8-bit fixed point, the image
-// mirrored at its borders: what the tests of BRIEF read. Keeps its buffer between calls. Not thread-safe.
-// Deterministic across CPUs.
+// The smoothing that the tests of BRIEF read: 7 x 7 pixels, weights 1 2 3 4 3 2 1 along either side, close to
+// a Gaussian with a standard deviation of 2; the image is mirrored at its borders. Made of averages of two
+// bytes, which CPUs take of many at once; each rounds up, so that the result is about two grey levels bright.
+// Keeps its buffer between calls. Not thread-safe. Deterministic across CPUs.
 class Smoother {
  public:
   static constexpr int kRadius = 3;
 
-  // `smooth` has the size and type (CV_8UC1) of `image`, at least kRadius + 1 pixels a side, and does not
-  // overlap it.
+  // Both images are padded (padded_image.h), of one size, at least kRadius + 1 pixels a side, and do not
+  // overlap.
   void Smooth(const cv::Mat& image, cv::Mat* smooth);
 
  private:

@@ -21,15 +21,13 @@ class SteeredBrief {
   explicit SteeredBrief(const BriefPattern& pattern);
 
   // `centre` points into an 8-bit smoothed image, rows `step` bytes apart, with at least kBriefRadius pixels
-  // on every side; angle in radians, [0, 2 pi].
+  // on every side and one more to the right; angle in radians, [0, 2 pi].
   void Compute(const uint8_t* centre, ptrdiff_t step, float angle, Descriptor* descriptor) const;
 
  private:
-  // The first points of all tests, then the second ones.
-  struct RotatedPoints {
-    std::array<int8_t, 2 * kBriefBits> x;
-    std::array<int8_t, 2 * kBriefBits> y;
-  };
+  // Places in the patch, as row * 32 + column from its top left corner: the first points of all tests, then
+  // the second.
+  using RotatedPoints = std::array<uint16_t, 2 * kBriefBits>;
 
   std::vector<RotatedPoints> rotated_;  // by angle
 };

@@ -5,6 +5,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "slam/features/padded_image.h"
 #include "slam/features/patch_orientation.h"
 
 namespace semmap {
@@ -22,7 +23,7 @@ std::vector<cv::Mat> SmoothLevels(const std::vector<cv::Mat>& levels) {
   Smoother smoother;
   std::vector<cv::Mat> smoothed;
   for (const cv::Mat& level : levels) {
-    smoothed.emplace_back(level.size(), CV_8UC1);
+    smoothed.push_back(MakePaddedImage(level.size()));
     if (std::min(level.cols, level.rows) > Smoother::kRadius) smoother.Smooth(level, &smoothed.back());
   }
   return smoothed;

@@ -26,7 +26,7 @@ struct PatternSelectionConfig {
   int candidates = 200000;
   uint32_t seed = 1;
   // Weight of how often a bit differs between the two sights of one patch; 0: as in the ORB paper.
-  double instability_weight = 2.0;
+  double instability_weight = 1.5;
   // Greatest correlation of a chosen test with another, to begin with, and its step when too few are found.
   double first_correlation = 0.1;
   double correlation_step = 0.02;

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "slam/features/padded_image.h"
 #include "tests/unit/features/test_images.h"
 
 namespace semmap {
@@ -54,10 +55,16 @@ std::vector<Corner> CornersByDefinition(const cv::Mat& image, const cv::Rect& re
 // `image` with bytes after each row that a vector may read; filled with what would change the result if it
 // counted.
 cv::Mat WithSlack(const cv::Mat& image, uint8_t slack) {
-  cv::Mat buffer(image.rows + 1, image.cols + FastDetector::kOverread, CV_8UC1, cv::Scalar(slack));
+  cv::Mat buffer(image.rows + 1, image.cols + kImagePadding, CV_8UC1, cv::Scalar(slack));
   cv::Mat window = buffer(cv::Rect({0, 0}, image.size()));
   image.copyTo(window);
   return window;
+}
+
+std::vector<Corner> Detect(FastDetector* detector, const cv::Mat& image, const cv::Rect& region,
+                           int threshold) {
+  const auto corners = detector->Detect(image, region, threshold);
+  return {corners.begin(), corners.end()};
 }
 
 TEST(FastDetector, FindsWhatTheDefinitionSays) {
@@ -70,7 +77,7 @@ TEST(FastDetector, FindsWhatTheDefinitionSays) {
            {cv::Rect(3, 3, size.width - 6, size.height - 6), cv::Rect(17, 11, 40, 9)}) {
         const auto expected = CornersByDefinition(image, region, threshold);
         for (const uint8_t slack : {uint8_t{0}, uint8_t{255}}) {
-          detector.Detect(WithSlack(image, slack), region, threshold, &corners);
+          corners = Detect(&detector, WithSlack(image, slack), region, threshold);
           ASSERT_EQ(corners, expected) << size << " " << threshold << " " << region;
         }
       }
@@ -82,8 +89,8 @@ TEST(FastDetector, FindsWhatTheDefinitionSays) {
 TEST(FastDetector, SaturatedContrast) {
   cv::Mat image = cv::Mat::zeros(64, 64, CV_8UC1);
   image.at<uint8_t>(30, 30) = 255;
-  std::vector<Corner> corners;
-  FastDetector().Detect(WithSlack(image, 0), {3, 3, 58, 58}, 20, &corners);
+  FastDetector detector;
+  const auto corners = Detect(&detector, WithSlack(image, 0), {3, 3, 58, 58}, 20);
   ASSERT_EQ(corners.size(), 1u);
   EXPECT_EQ(corners[0], (Corner{30, 30, 255}));
 }
@@ -93,8 +100,7 @@ TEST(FastDetector, SubPixelOffsetFollowsTheNeighboursScores) {
   const cv::Rect region(5, 4, 131, 77);
   constexpr int kThreshold = 12;
   FastDetector detector;
-  std::vector<Corner> corners;
-  detector.Detect(image, region, kThreshold, &corners);
+  const auto corners = Detect(&detector, image, region, kThreshold);
   ASSERT_GT(corners.size(), 50u);
   const auto excess = [&](int x, int y) {
     return region.contains({x, y}) ? std::max(0, ScoreByDefinition(image, x, y) - kThreshold) : 0;
@@ -113,9 +119,10 @@ TEST(FastDetector, SubPixelOffsetFollowsTheNeighboursScores) {
 }
 
 TEST(FastDetector, EmptyRegion) {
-  std::vector<Corner> corners(3);
-  FastDetector().Detect(WithSlack(test::TexturedImage({64, 64}, 1), 0), {10, 10, 0, 5}, 7, &corners);
-  EXPECT_TRUE(corners.empty());
+  FastDetector detector;
+  const cv::Mat image = WithSlack(test::TexturedImage({64, 64}, 1), 0);
+  EXPECT_FALSE(Detect(&detector, image, {10, 10, 40, 40}, 7).empty());
+  EXPECT_TRUE(Detect(&detector, image, {10, 10, 0, 5}, 7).empty());
 }
 
 }  // namespace
