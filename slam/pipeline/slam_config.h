@@ -19,9 +19,9 @@ struct TrackingConfig {
   // weakens.
   double max_keyframe_interval_s = 1.0;
   double min_keyframe_interval_s = 0.0;
-  // Tracking is weak below this share of the reference keyframe's points: one eye (points seen thrice), and with depth
+  // Tracking is weak below this share of the reference keyframe's points: one eye (points seen twice), and with depth
   // (all its points, of which many were only ever seen by it).
-  double keyframe_ratio = 0.9;
+  double keyframe_ratio = 0.6;
   double keyframe_ratio_depth = 0.5;
 
   void Read(ConfigReader& reader);

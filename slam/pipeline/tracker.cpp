@@ -11,8 +11,8 @@ namespace {
 // A map this young is thrown away when the track is lost: starting over costs less than a bad start.
 constexpr int kDisposableKeyFrames = 5;
 constexpr int kMinInitialDepthPoints = 100;
-// Established: seen by three keyframes, or by all while there are fewer.
-constexpr uint32_t kEstablishedViews = 3;
+// Established: seen by two keyframes, as every triangulated point is once; what one of them lost again does not count.
+constexpr uint32_t kEstablishedViews = 2;
 
 KeyFrameCandidate ToCandidate(KeyFrameId id, const TrackedFrame& frame) {
   KeyFrameCandidate candidate;
