@@ -38,15 +38,19 @@ double MedianDepth(const KeyFrame& keyframe, const Map& map) {
 
 // Where the second image can see a keypoint of the first: a piece of its epipolar line.
 struct EpipolarSegment {
+  EpipolarSegment(const Eigen::Vector2d& near_end, const Eigen::Vector2d& far_end)
+      : near(near_end), far(far_end), length((far_end - near_end).norm()) {
+    const Eigen::Vector2d along = (far - near) / length;
+    line = Eigen::Vector3d(-along.y(), along.x(), along.y() * near.x() - along.x() * near.y()).cast<float>();
+  }
+
+  // Signed distance of a pixel to the (infinite) line.
+  float Distance(float x, float y) const { return line.x() * x + line.y() * y + line.z(); }
+
   Eigen::Vector2d near;
   Eigen::Vector2d far;
-
-  // Squared distance of a pixel to the (infinite) line.
-  double SquaredDistance(double x, double y) const {
-    const Eigen::Vector2d along = far - near;
-    const double cross = along.x() * (y - near.y()) - along.y() * (x - near.x());
-    return cross * cross / along.squaredNorm();
-  }
+  double length;
+  Eigen::Vector3f line;  // normal and offset
 };
 
 // Everything about one pair of keyframes that does not depend on the keypoint.
@@ -74,9 +78,10 @@ class PairGeometry {
     const double z_at_nearest = direction.z() * nearest + second_from_first_.translation().z();
     if (z_at_nearest < min_z) nearest = (min_z - second_from_first_.translation().z()) / direction.z();
     if (nearest >= furthest) return std::nullopt;
-    EpipolarSegment segment{Project(direction * nearest), Project(direction * furthest)};
-    if ((segment.far - segment.near).squaredNorm() < 1.0) return std::nullopt;
-    return segment;
+    const Eigen::Vector2d near = Project(direction * nearest);
+    const Eigen::Vector2d far = Project(direction * furthest);
+    if ((far - near).squaredNorm() < 1.0) return std::nullopt;
+    return EpipolarSegment(near, far);
   }
 
  private:
@@ -111,43 +116,63 @@ bool ClipToImage(const EpipolarSegment& segment, const ImageBounds& bounds, doub
   return *begin < *end;
 }
 
-// The free keypoint of `second` that looks most like `descriptor`, close to the segment.
-KeypointPair FindAlongLine(const EpipolarSegment& segment, const ImageBounds& bounds, const Map& map,
-                           const KeyFrame& second, const Descriptor& descriptor, int octave) {
-  KeypointPair best{-1, -1, kStrictDistance + 1};
-  double begin = 0;
-  double end = 1;
-  if (!ClipToImage(segment, bounds, &begin, &end)) return best;
-  const Eigen::Vector2d along = segment.far - segment.near;
-  const double length = (end - begin) * along.norm();
-  const int steps = std::min(kMaxWalkSteps, 1 + static_cast<int>(length / (2 * kWalkRadius)));
-  for (int step = 0; step < steps; ++step) {
-    const double t = begin + (end - begin) * (step + 0.5) / steps;
-    const Eigen::Vector2f center = (segment.near + t * along).cast<float>();
-    second.grid->ForEachInWindow(
-        second.features->keypoints, center.x(), center.y(), kWalkRadius, [&](int index) {
-          if (second.points[index].IsValid()) return;
-          const Keypoint& keypoint = second.features->keypoints[index];
-          if (std::abs(keypoint.octave - octave) > 2) return;
-          const double sigma2_inverse = map.scale_info().inverse_sigma2[keypoint.octave];
-          if (segment.SquaredDistance(keypoint.x, keypoint.y) * sigma2_inverse > kChi2Line) return;
-          const int distance = AssociationDistance(descriptor, second.features->descriptors[index]);
-          if (distance < best.distance) best = {-1, index, distance};
-        });
+// The second image as the walk along its lines sees it: only keypoints that see no point yet, in a grid of
+// their own.
+class FreeKeypoints {
+ public:
+  FreeKeypoints(const MappingCamera& camera, const KeyFrame& keyframe, const ScalePyramidInfo& scale_info)
+      : bounds_(camera.bounds), descriptors_(keyframe.features->descriptors) {
+    for (size_t i = 0; i < keyframe.points.size(); ++i) {
+      if (keyframe.points[i].IsValid()) continue;
+      const Keypoint& keypoint = keyframe.features->keypoints[i];
+      keypoints_.push_back(keypoint);
+      indices_.push_back(static_cast<int>(i));
+      reach_.push_back(static_cast<float>(std::sqrt(kChi2Line / scale_info.inverse_sigma2[keypoint.octave])));
+    }
+    grid_.Assign(bounds_, keypoints_);
   }
-  return best;
-}
+
+  // The keypoint closest to `descriptor` among those near the segment, within two octaves; second -1 if none.
+  KeypointPair FindAlong(const EpipolarSegment& segment, const Descriptor& descriptor, int octave) const {
+    KeypointPair best{-1, -1, kStrictDistance + 1};
+    double begin = 0;
+    double end = 1;
+    if (!ClipToImage(segment, bounds_, &begin, &end)) return best;
+    const int steps =
+        std::min(kMaxWalkSteps, 1 + static_cast<int>((end - begin) * segment.length / (2 * kWalkRadius)));
+    for (int step = 0; step < steps; ++step) {
+      const double t = begin + (end - begin) * (step + 0.5) / steps;
+      const Eigen::Vector2f center = (segment.near + t * (segment.far - segment.near)).cast<float>();
+      grid_.ForEachInWindow(keypoints_, center.x(), center.y(), kWalkRadius, [&](int index) {
+        const Keypoint& keypoint = keypoints_[index];
+        if (std::abs(segment.Distance(keypoint.x, keypoint.y)) > reach_[index]) return;
+        if (std::abs(keypoint.octave - octave) > 2) return;
+        const int distance = AssociationDistance(descriptor, descriptors_[indices_[index]]);
+        if (distance < best.distance) best = {-1, indices_[index], distance};
+      });
+    }
+    return best;
+  }
+
+ private:
+  ImageBounds bounds_;
+  const std::vector<Descriptor>& descriptors_;
+  std::vector<Keypoint> keypoints_;
+  std::vector<int> indices_;  // into the keyframe's keypoints
+  std::vector<float> reach_;  // greatest distance to the line, pixels
+  FeatureGrid grid_;
+};
 
 std::vector<KeypointPair> MatchAlongLines(const MappingCamera& camera, const PairGeometry& geometry,
                                           const KeyFrame& first, const KeyFrame& second, const Map& map) {
   std::vector<KeypointPair> pairs;
+  const FreeKeypoints free(camera, second, map.scale_info());
   for (size_t i = 0; i < first.points.size(); ++i) {
     if (first.points[i].IsValid()) continue;
     const Keypoint& keypoint = first.features->keypoints[i];
     const auto segment = geometry.Segment(keypoint);
     if (!segment) continue;
-    KeypointPair pair =
-        FindAlongLine(*segment, camera.bounds, map, second, first.features->descriptors[i], keypoint.octave);
+    KeypointPair pair = free.FindAlong(*segment, first.features->descriptors[i], keypoint.octave);
     if (pair.second < 0) continue;
     pair.first = static_cast<int>(i);
     pairs.push_back(pair);
