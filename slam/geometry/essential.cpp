@@ -120,6 +120,18 @@ Eigen::Matrix3d EssentialOfMotion(const SE3& second_from_first) {
   return Skew(second_from_first.translation()) * second_from_first.RotationMatrix();
 }
 
+Eigen::Quaterniond BestRotation(const std::vector<Eigen::Vector3d>& first,
+                                const std::vector<Eigen::Vector3d>& second, const std::vector<char>& use) {
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (size_t i = 0; i < first.size(); ++i) {
+    if (use[i]) covariance += second[i].normalized() * first[i].normalized().transpose();
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const bool mirrored = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0;
+  const Eigen::Vector3d signs(1, 1, mirrored ? -1 : 1);
+  return Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose()));
+}
+
 Eigen::Matrix3d RefineEssential(const Eigen::Matrix3d& initial, const std::vector<Eigen::Vector3d>& first,
                                 const std::vector<Eigen::Vector3d>& second, const std::vector<char>& use,
                                 double sigma) {

@@ -17,6 +17,11 @@ std::vector<SE3> MotionsOfEssential(const Eigen::Matrix3d& essential);
 
 Eigen::Matrix3d EssentialOfMotion(const SE3& second_from_first);
 
+// The rotation that turns the rays with use[i] != 0 onto their matches best, in the least squares of unit
+// vectors.
+Eigen::Quaterniond BestRotation(const std::vector<Eigen::Vector3d>& first,
+                                const std::vector<Eigen::Vector3d>& second, const std::vector<char>& use);
+
 // Minimizes the Huber-robust Sampson error (Hartley and Zisserman, 11.4.3) of the matches with use[i] != 0
 // over the five degrees of freedom of an essential matrix, from the one nearest to `initial`. `sigma` is the
 // standard deviation of a ray's coordinates.

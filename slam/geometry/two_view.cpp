@@ -20,12 +20,13 @@ namespace {
 constexpr double kHomographyRatio = 0.45;
 // 95 % quantile of chi^2 with two degrees of freedom, for the reprojection error of a triangulated point.
 constexpr double kReprojectionBound = 5.991;
-// The runner-up may have at most this share of the winner's points.
-constexpr double kMaxRunnerUp = 0.75;
+// The runner-up may have at most this share of the winner's consistent matches.
+constexpr double kMaxRunnerUp = 0.85;
 // The winner must explain at least this share of the model's inliers.
-constexpr double kMinGoodShare = 0.5;
-// A point counts as good from this share of the demanded median parallax on; below it, its depth is noise.
-constexpr double kPointParallaxShare = 0.3;
+constexpr double kMinConsistentShare = 0.75;
+// A point counts as good from a parallax of this many standard deviations of a ray on; below, its depth is
+// noise.
+constexpr double kMinParallaxSigmas = 4;
 
 Eigen::Matrix3d CameraMatrix(const CameraIntrinsics& camera) {
   Eigen::Matrix3d matrix;
@@ -60,6 +61,13 @@ std::vector<SE3> MotionsOfHomography(const Eigen::Matrix3d& homography,
   return motions;
 }
 
+struct CheckedMotion {
+  TwoViewReconstruction reconstruction;
+  // Matches that the motion explains, also those so far away that they are not good points. Motions are
+  // compared by these: a wrong motion often has the larger parallaxes, and so the more good points.
+  int consistent = 0;
+};
+
 class MotionChecker {
  public:
   MotionChecker(const CameraIntrinsics& camera, const std::vector<Eigen::Vector2d>& first,
@@ -68,34 +76,42 @@ class MotionChecker {
 
   // Triangulates the model's inliers and keeps those that both cameras see in front of them, where they were
   // seen, and under enough of an angle.
-  TwoViewReconstruction Check(const SE3& second_from_first, const TwoViewModel& model) const {
-    TwoViewReconstruction result;
+  CheckedMotion Check(const SE3& second_from_first, const TwoViewModel& model) const {
+    CheckedMotion checked;
+    TwoViewReconstruction& result = checked.reconstruction;
     result.second_from_first = second_from_first;
     result.points_in_first.resize(first_.size());
     std::vector<double> parallaxes;
     for (size_t i = 0; i < first_.size(); ++i) {
       if (!model.inlier[i]) continue;
-      const auto point = GoodPoint(second_from_first, first_[i], second_[i]);
+      const auto point = ConsistentPoint(second_from_first, first_[i], second_[i]);
+      if (point || IsAtInfinity(second_from_first, first_[i], second_[i])) ++checked.consistent;
       if (!point) continue;
       const double parallax = Parallax(second_from_first, *point);
-      if (parallax < kPointParallaxShare * options_.min_parallax_rad) continue;
+      if (parallax < kMinParallaxSigmas * options_.sigma_px / camera_.fx) continue;
       result.points_in_first[i] = point;
       parallaxes.push_back(parallax);
     }
     result.good_points = static_cast<int>(parallaxes.size());
     result.median_parallax_rad = Median(&parallaxes);
-    return result;
+    return checked;
   }
 
  private:
-  std::optional<Eigen::Vector3d> GoodPoint(const SE3& second_from_first, const Eigen::Vector2d& first,
-                                           const Eigen::Vector2d& second) const {
+  std::optional<Eigen::Vector3d> ConsistentPoint(const SE3& second_from_first, const Eigen::Vector2d& first,
+                                                 const Eigen::Vector2d& second) const {
     const auto point =
         TriangulateLinear(SE3(), second_from_first, RayOfPixel(camera_, first), RayOfPixel(camera_, second));
     if (!point || !Reprojects(*point, first) || !Reprojects(second_from_first * *point, second)) {
       return std::nullopt;
     }
     return point;
+  }
+
+  // Whether rotation alone explains the match, so that the sign of its depth means nothing.
+  bool IsAtInfinity(const SE3& second_from_first, const Eigen::Vector2d& first,
+                    const Eigen::Vector2d& second) const {
+    return Reprojects(second_from_first.rotation() * RayOfPixel(camera_, first), second);
   }
 
   bool Reprojects(const Eigen::Vector3d& point_in_camera, const Eigen::Vector2d& pixel) const {
@@ -123,22 +139,23 @@ class MotionChecker {
   const TwoViewOptions& options_;
 };
 
-// The motion with clearly the most good points, if they are enough.
+// The motion with clearly the most consistent matches, if enough of them are good points.
 std::optional<TwoViewReconstruction> SelectMotion(const MotionChecker& checker,
                                                   const std::vector<SE3>& motions, const TwoViewModel& model,
                                                   const TwoViewOptions& options) {
-  TwoViewReconstruction best;
+  CheckedMotion best;
   int runner_up = 0;
   for (const SE3& motion : motions) {
-    TwoViewReconstruction candidate = checker.Check(motion, model);
-    if (candidate.good_points > best.good_points) std::swap(best, candidate);
-    runner_up = std::max(runner_up, candidate.good_points);
+    CheckedMotion candidate = checker.Check(motion, model);
+    if (candidate.consistent > best.consistent) std::swap(best, candidate);
+    runner_up = std::max(runner_up, candidate.consistent);
   }
+  const TwoViewReconstruction& result = best.reconstruction;
   const bool enough =
-      best.good_points >= options.min_good_points && best.good_points >= kMinGoodShare * model.inliers;
-  const bool clear = runner_up <= kMaxRunnerUp * best.good_points;
-  if (!enough || !clear || best.median_parallax_rad < options.min_parallax_rad) return std::nullopt;
-  return best;
+      result.good_points >= options.min_good_points && best.consistent >= kMinConsistentShare * model.inliers;
+  const bool clear = runner_up <= kMaxRunnerUp * best.consistent;
+  if (!enough || !clear || result.median_parallax_rad < options.min_parallax_rad) return std::nullopt;
+  return std::move(best.reconstruction);
 }
 
 std::vector<Eigen::Vector3d> Rays(const CameraIntrinsics& camera,
@@ -150,27 +167,83 @@ std::vector<Eigen::Vector3d> Rays(const CameraIntrinsics& camera,
 }
 
 // A fundamental matrix of a calibrated camera has five degrees of freedom; the linear method fits seven, and
-// with them more of the noise than a motion taken from it endures.
-TwoViewModel EstimateCalibratedFundamental(const Eigen::Matrix3d& camera_matrix,
-                                           const CameraIntrinsics& camera,
-                                           const std::vector<Eigen::Vector2d>& first,
-                                           const std::vector<Eigen::Vector2d>& second,
-                                           const TwoViewRansacOptions& options) {
-  const std::vector<Eigen::Vector3d> first_rays = Rays(camera, first);
-  const std::vector<Eigen::Vector3d> second_rays = Rays(camera, second);
-  const Eigen::Matrix3d inverse = camera_matrix.inverse();
-  const auto refine = [&](const TwoViewModel& model) -> Eigen::Matrix3d {
-    const Eigen::Matrix3d essential = camera_matrix.transpose() * model.matrix * camera_matrix;
-    const double sigma = options.sigma_px / camera.fx;
-    return inverse.transpose() * RefineEssential(essential, first_rays, second_rays, model.inlier, sigma) *
-           inverse;
-  };
-  TwoViewModel model = EstimateTwoViewModel(TwoViewModelKind::kFundamental, first, second, options, refine);
-  // The best score may be a linear model's; what follows needs one with a motion behind it.
-  model.matrix = refine(model);
-  ScoreTwoViewModel(TwoViewModelKind::kFundamental, first, second, options.sigma_px, &model);
-  return model;
-}
+// with them more of the noise than a motion taken from it endures. So essential matrices are fitted in its
+// place.
+class CalibratedEstimator {
+ public:
+  CalibratedEstimator(const CameraIntrinsics& camera, const std::vector<Eigen::Vector2d>& first,
+                      const std::vector<Eigen::Vector2d>& second, const TwoViewRansacOptions& options)
+      : camera_matrix_(CameraMatrix(camera)),
+        inverse_(camera_matrix_.inverse()),
+        first_(first),
+        second_(second),
+        first_rays_(Rays(camera, first)),
+        second_rays_(Rays(camera, second)),
+        options_(options),
+        ray_sigma_(options.sigma_px / camera.fx) {}
+
+  TwoViewModel Estimate() const {
+    const auto refine = [this](const TwoViewModel& model) -> Eigen::Matrix3d {
+      return Refined(EssentialOf(model), model.inlier).matrix;
+    };
+    const TwoViewModel linear =
+        EstimateTwoViewModel(TwoViewModelKind::kFundamental, first_, second_, options_, refine);
+    // The best score may be a linear model's; what follows needs one with a motion behind it.
+    TwoViewModel best = Refined(EssentialOf(linear), linear.inlier);
+    for (const Eigen::Matrix3d& start : OtherStarts(linear)) {
+      TwoViewModel candidate = Refined(start, WideInliers(linear));
+      if (candidate.score > best.score) best = std::move(candidate);
+    }
+    return Refined(EssentialOf(best), best.inlier);
+  }
+
+  Eigen::Matrix3d EssentialOf(const TwoViewModel& model) const {
+    return camera_matrix_.transpose() * model.matrix * camera_matrix_;
+  }
+
+ private:
+  TwoViewModel Refined(const Eigen::Matrix3d& essential, const std::vector<char>& use) const {
+    TwoViewModel model;
+    model.matrix = inverse_.transpose() *
+                   RefineEssential(essential, first_rays_, second_rays_, use, ray_sigma_) * inverse_;
+    ScoreTwoViewModel(TwoViewModelKind::kFundamental, first_, second_, options_.sigma_px, &model);
+    return model;
+  }
+
+  // Also what the model misses by little: between two minima, those matches decide.
+  std::vector<char> WideInliers(TwoViewModel model) const {
+    ScoreTwoViewModel(TwoViewModelKind::kFundamental, first_, second_, kWideSigmas * options_.sigma_px,
+                      &model);
+    return std::move(model.inlier);
+  }
+
+  // With small motions the error has several minima, one for each way in which rotation can stand in for
+  // translation, and samples of eight mostly lead to the wide wrong ones. So the search also starts from the
+  // rotation that explains the matches best alone, with translations all around.
+  std::vector<Eigen::Matrix3d> OtherStarts(const TwoViewModel& model) const {
+    const Eigen::Quaterniond rotation = BestRotation(first_rays_, second_rays_, model.inlier);
+    std::vector<Eigen::Matrix3d> starts;
+    for (const auto& direction : kStartDirections) {
+      const Eigen::Vector3d translation =
+          Eigen::Vector3d(direction[0], direction[1], direction[2]).normalized();
+      starts.push_back(EssentialOfMotion(SE3(rotation, translation)));
+    }
+    return starts;
+  }
+
+  static constexpr double kWideSigmas = 3;
+  static constexpr double kStartDirections[9][3] = {{1, 0, 0}, {0, 1, 0},  {0, 0, 1}, {1, 0, 1}, {1, 0, -1},
+                                                    {0, 1, 1}, {0, 1, -1}, {1, 1, 0}, {1, -1, 0}};
+
+  Eigen::Matrix3d camera_matrix_;
+  Eigen::Matrix3d inverse_;
+  const std::vector<Eigen::Vector2d>& first_;
+  const std::vector<Eigen::Vector2d>& second_;
+  std::vector<Eigen::Vector3d> first_rays_;
+  std::vector<Eigen::Vector3d> second_rays_;
+  TwoViewRansacOptions options_;
+  double ray_sigma_;
+};
 
 }  // namespace
 
@@ -179,16 +252,17 @@ std::optional<TwoViewReconstruction> ReconstructTwoViews(const CameraIntrinsics&
                                                          const std::vector<Eigen::Vector2d>& second,
                                                          const TwoViewOptions& options) {
   const TwoViewRansacOptions ransac = {options.sigma_px, options.iterations, options.seed};
-  const Eigen::Matrix3d k = CameraMatrix(camera);
   const TwoViewModel homography =
       EstimateTwoViewModel(TwoViewModelKind::kHomography, first, second, ransac, nullptr);
-  const TwoViewModel fundamental = EstimateCalibratedFundamental(k, camera, first, second, ransac);
+  if (homography.inliers == 0) return std::nullopt;
+  const CalibratedEstimator calibrated(camera, first, second, ransac);
+  const TwoViewModel fundamental = calibrated.Estimate();
   const double sum = homography.score + fundamental.score;
-  if (!(sum > 0)) return std::nullopt;
   const MotionChecker checker(camera, first, second, options);
   const bool planar = homography.score > kHomographyRatio * sum;
-  auto result = planar ? SelectMotion(checker, MotionsOfHomography(homography.matrix, k), homography, options)
-                       : SelectMotion(checker, MotionsOfEssential(k.transpose() * fundamental.matrix * k),
+  auto result = planar ? SelectMotion(checker, MotionsOfHomography(homography.matrix, CameraMatrix(camera)),
+                                      homography, options)
+                       : SelectMotion(checker, MotionsOfEssential(calibrated.EssentialOf(fundamental)),
                                       fundamental, options);
   if (result) result->from_homography = planar;
   return result;

@@ -17,8 +17,10 @@
 namespace semmap {
 namespace {
 
-// Up to this many free cameras the reduced camera matrix is nearly full and small.
-constexpr int kMaxDenseCameras = 40;
+// Up to this many free cameras the reduced camera matrix is small and, in a covisible window, nearly full. Measured
+// for one linear solve along a straight drive, where sparsity helps most: 20 cameras 1.8 ms dense and 3.5 sparse,
+// 100 the same, 200 twice as long dense.
+constexpr int kMaxDenseCameras = 60;
 // The cost is a sum of squares over sigma^2: a relative change of this is far below what the noise moves.
 constexpr double kFunctionTolerance = 1e-4;
 constexpr double kParameterTolerance = 1e-7;
