@@ -23,7 +23,7 @@ const std::map<std::string, Alignment>& Alignments() {
 absl::StatusOr<Trajectory> ReadWithTimes(const std::string& path, TrajectoryFormat format,
                                          const std::string& times_path) {
   SEMMAP_ASSIGN_OR_RETURN(Trajectory trajectory, ReadTrajectory(path, format));
-  if (times_path.empty()) return trajectory;
+  if (format == TrajectoryFormat::kTum || times_path.empty()) return trajectory;
   SEMMAP_ASSIGN_OR_RETURN(const std::vector<TimestampNs> times, ReadTimes(times_path));
   SEMMAP_RETURN_IF_ERROR(AttachTimes(times, &trajectory));
   return trajectory;
@@ -35,12 +35,6 @@ absl::Status CheckTimes(const EvalOptions& options) {
   };
   const bool reference_timed = timed(options.reference_format, options.reference_times);
   const bool estimate_timed = timed(options.estimate_format, options.estimate_times);
-  if (options.reference_format == TrajectoryFormat::kTum && !options.reference_times.empty()) {
-    return UsageError("--reference-times is for a reference in KITTI format");
-  }
-  if (options.estimate_format == TrajectoryFormat::kTum && !options.estimate_times.empty()) {
-    return UsageError("--estimate-times is for an estimate in KITTI format");
-  }
   if (options.estimate_format == TrajectoryFormat::kTum && !reference_timed) {
     return UsageError(
         "a KITTI reference has no times to find the poses of a TUM estimate by: add --reference-times FILE");
@@ -70,11 +64,13 @@ void AddEvalOptions(CLI::App& command, EvalOptions* options) {
   command.add_option("--reference", options->reference, "True trajectory")->required();
   command.add_option("--reference-format", options->reference_format, "tum|kitti; default tum")
       ->transform(CLI::CheckedTransformer(Formats()));
-  command.add_option("--reference-times", options->reference_times, "times.txt of a KITTI reference");
+  command.add_option("--reference-times", options->reference_times,
+                     "times.txt of a KITTI reference; not needed for others");
   command.add_option("--estimate", options->estimate, "Trajectory to judge")->required();
   command.add_option("--format", options->estimate_format, "Of the estimate: tum|kitti; default tum")
       ->transform(CLI::CheckedTransformer(Formats()));
-  command.add_option("--estimate-times", options->estimate_times, "times.txt of a KITTI estimate");
+  command.add_option("--estimate-times", options->estimate_times,
+                     "times.txt of a KITTI estimate; not needed for others");
   command.add_option("--align", options->alignment, "se3|sim3|none")
       ->transform(CLI::CheckedTransformer(Alignments()));
   command

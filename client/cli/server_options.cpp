@@ -1,5 +1,6 @@
 #include "client/cli/server_options.h"
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 
@@ -56,6 +57,7 @@ absl::StatusOr<std::shared_ptr<Connection>> Connect(const ServerOptions& options
   ConnectOptions connect;
   connect.address = options.address;
   connect.call_timeout = std::chrono::milliseconds(static_cast<int64_t>(options.timeout_s * 1e3));
+  connect.connect_timeout = std::min(connect.connect_timeout, connect.call_timeout);
   if (!options.tls_ca.empty() || !options.tls_cert.empty()) {
     SEMMAP_ASSIGN_OR_RETURN(connect.tls, ReadTls(options));
   }

@@ -78,6 +78,7 @@ absl::StatusOr<std::optional<Trajectory>> ReadGroundTruth(const std::string& fol
   if (!FileExists(path)) return std::nullopt;
   SEMMAP_ASSIGN_OR_RETURN(Trajectory trajectory, ReadKittiTrajectory(path));
   std::vector<TimestampNs> times;
+  times.reserve(frames.size());
   for (const FrameFiles& files : frames) times.push_back(files.timestamp);
   SEMMAP_RETURN_IF_ERROR(AttachTimes(times, &trajectory));
   return trajectory;

@@ -73,7 +73,9 @@ void UnitTimer::Offer(const cv::Mat& image) {
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
   cv::setNumThreads(threads);
   milliseconds_.push_back(took.count());
-  cpu_seconds_ += ThreadCpuSeconds() - cpu_before;
+  const double cpu_s = ThreadCpuSeconds() - cpu_before;
+  cpu_milliseconds_.push_back(1e3 * cpu_s);
+  cpu_seconds_ += cpu_s;
 }
 
 void MeasuringSink::OnDelta(MapDelta delta) {

@@ -18,7 +18,7 @@ struct Stage {
   std::vector<double> StageSamples::*samples;
 };
 
-constexpr std::array<Stage, 8> kStages = {{
+constexpr std::array<Stage, 9> kStages = {{
     {"decode", &StageSamples::decode},
     {"extract", &StageSamples::extract},
     {"stereo", &StageSamples::stereo},
@@ -27,6 +27,7 @@ constexpr std::array<Stage, 8> kStages = {{
     {"track", &StageSamples::track},
     {"map", &StageSamples::map},
     {"unit", &StageSamples::unit},
+    {"unit cpu", &StageSamples::unit_cpu},
 }};
 
 nlohmann::json StagesJson(const StageSamples& stages) {
@@ -55,6 +56,7 @@ double InUnits(double milliseconds, double unit_ms) { return unit_ms > 0 ? milli
 
 nlohmann::json RunJson(const RunResult& run) {
   const double unit_ms = Median(run.stages.unit);
+  const double unit_cpu_ms = Median(run.stages.unit_cpu);
   const double frames = static_cast<double>(std::max<uint64_t>(run.frames, 1));
   nlohmann::json json = {
       {"frames", run.frames},
@@ -63,9 +65,10 @@ nlohmann::json RunJson(const RunResult& run) {
       {"median_ms", Median(run.stages.track)},
       {"p95_ms", Percentile95(run.stages.track)},
       {"unit_ms", unit_ms},
+      {"unit_cpu_ms", unit_cpu_ms},
       {"median_units", InUnits(Median(run.stages.track), unit_ms)},
       {"cpu_s", run.cpu_s},
-      {"cpu_units_per_frame", InUnits(1e3 * run.cpu_s / frames, unit_ms)},
+      {"cpu_units_per_frame", InUnits(1e3 * run.cpu_s / frames, unit_cpu_ms)},
       {"keyframes", run.keyframes},
       {"points", run.points},
       {"peak_rss_mb", run.peak_rss_mb},

@@ -16,6 +16,7 @@ RunResult SomeRun(uint64_t tracked, std::vector<double> track_ms) {
   run.tracked = tracked;
   run.stages.track = std::move(track_ms);
   run.stages.unit = {10, 10, 10};
+  run.stages.unit_cpu = {5, 5, 5};
   run.cpu_s = 0.2;
   run.keyframes = 2;
   run.points = 100;
@@ -33,7 +34,7 @@ TEST(SlamBenchReport, HasTheFiguresThatScriptsRead) {
   EXPECT_DOUBLE_EQ(report["p95_ms"], 48.5);
   EXPECT_DOUBLE_EQ(report["unit_ms"], 10.0);
   EXPECT_DOUBLE_EQ(report["median_units"], 3.5);
-  EXPECT_DOUBLE_EQ(report["cpu_units_per_frame"], 5.0);
+  EXPECT_DOUBLE_EQ(report["cpu_units_per_frame"], 10.0);
   EXPECT_EQ(report["stages"]["track"]["count"], 4);
   EXPECT_FALSE(report.contains("runs"));
 }

@@ -59,6 +59,7 @@ class Run {
     session_.Finish();
     NoteMapping(result);
     result->stages.unit = unit_.milliseconds();
+    result->stages.unit_cpu = unit_.cpu_milliseconds();
     return absl::OkStatus();
   }
 

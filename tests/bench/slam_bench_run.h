@@ -22,6 +22,7 @@ struct StageSamples {
   std::vector<double> map;
   // cv::ORB on the left image, see UnitTimer.
   std::vector<double> unit;
+  std::vector<double> unit_cpu;
 };
 
 // What one run over a recording gave.

@@ -236,8 +236,8 @@ TEST(DriveCommand, SaysWhenThereIsNoServer) {
   const std::string folder = SharedDataFolder() + "/sequences/kitti06_stereo51";
   if (!std::filesystem::is_directory(folder)) GTEST_SKIP() << "no shared sequence at " << folder;
   const Outcome outcome =
-      RunProgram({"drive", "--server", "localhost:1", "--source", "kitti:" + folder, "--sensor", "stereo",
-                  "--mode", "map", "--map", "m", "--vehicle", "v", "--json"});
+      RunProgram({"drive", "--server", "localhost:1", "--timeout", "0.5", "--source", "kitti:" + folder,
+                  "--sensor", "stereo", "--mode", "map", "--map", "m", "--vehicle", "v", "--json"});
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_TRUE(outcome.out.empty());
   EXPECT_FALSE(outcome.err.empty());

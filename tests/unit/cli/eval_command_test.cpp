@@ -104,7 +104,6 @@ TEST_F(EvalCommand, UsageErrorsExitWithTwo) {
            {"eval", "ate", "--reference", truth, "--estimate", half, "--align", "affine"},
            {"eval", "ate", "--reference", truth, "--reference-format", "kitti", "--estimate", half},
            {"eval", "ate", "--reference", half, "--estimate", truth, "--format", "kitti"},
-           {"eval", "ate", "--reference", half, "--reference-times", Path("times.txt"), "--estimate", half},
            {"drive", "--source", "rosbag:x", "--sensor", "mono", "--map", "m", "--vehicle", "v"},
        }) {
     const Outcome outcome = RunProgram(arguments);
