@@ -10,6 +10,7 @@
 #include "absl/strings/strip.h"
 #include "absl/synchronization/mutex.h"
 #include "slam/common/status_macros.h"
+#include "storage/sqlite/checkpointer.h"
 #include "storage/sqlite/connection.h"
 #include "storage/sqlite/delta_writer.h"
 #include "storage/sqlite/frame_rows.h"
@@ -29,8 +30,11 @@ namespace {
 
 class SqliteMapStore final : public MapStore {
  public:
-  SqliteMapStore(std::unique_ptr<Connection> writer, const ConnectionOptions& options, int max_readers)
-      : writer_(std::move(writer)), readers_(options, max_readers) {}
+  SqliteMapStore(std::unique_ptr<Connection> writer, std::unique_ptr<Checkpointer> checkpointer,
+                 const ConnectionOptions& options, int max_readers)
+      : checkpointer_(std::move(checkpointer)), writer_(std::move(writer)), readers_(options, max_readers) {
+    checkpointer_->Watch(*writer_);
+  }
 
   // Ends the deletions that a crash cut short.
   absl::Status FinishDeletions() {
@@ -200,6 +204,7 @@ class SqliteMapStore final : public MapStore {
     return absl::OkStatus();
   }
 
+  const std::unique_ptr<Checkpointer> checkpointer_;
   absl::Mutex writer_mutex_;
   const std::unique_ptr<Connection> writer_ ABSL_PT_GUARDED_BY(writer_mutex_);
   ReaderPool readers_;
@@ -242,7 +247,9 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteMapStore(const StorageConfig
   options.cache_mb = config.cache_mb;
   SEMMAP_ASSIGN_OR_RETURN(std::unique_ptr<Connection> writer, Connection::Open(options));
   SEMMAP_RETURN_IF_ERROR(MigrateDatabase(*writer, EmbeddedMigrations()));
-  auto store = std::make_unique<SqliteMapStore>(std::move(writer), options, config.max_readers);
+  SEMMAP_ASSIGN_OR_RETURN(std::unique_ptr<Checkpointer> checkpointer, Checkpointer::Start(options));
+  auto store = std::make_unique<SqliteMapStore>(std::move(writer), std::move(checkpointer), options,
+                                                config.max_readers);
   SEMMAP_RETURN_IF_ERROR(store->FinishDeletions());
   return store;
 }

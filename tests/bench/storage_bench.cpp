@@ -150,6 +150,9 @@ class Drive {
       ++point.observation_count;
       delta->upserted_points.push_back(point);
     }
+    // As the map tells them.
+    std::sort(delta->upserted_points.begin(), delta->upserted_points.end(),
+              [](const MapPointRecord& a, const MapPointRecord& b) { return a.id < b.id; });
   }
 
   void MoveKeyFrames(MapDelta* delta) {
