@@ -141,6 +141,7 @@ absl::StatusOr<std::vector<FrameFiles>> ReadAssociations(const std::string& fold
 
 std::vector<TimestampNs> TimesOf(const std::vector<TimedFile>& files) {
   std::vector<TimestampNs> times;
+  times.reserve(files.size());
   for (const TimedFile& file : files) times.push_back(file.timestamp);
   return times;
 }

@@ -14,8 +14,8 @@ constexpr double kMillisecond = 1e-3;
 
 class VideoSource : public FrameSource {
  public:
-  VideoSource(std::string path, const CameraRig& rig, cv::VideoCapture capture)
-      : path_(std::move(path)), rig_(rig), capture_(std::move(capture)) {}
+  VideoSource(std::string path, const CameraRig& rig, const cv::VideoCapture& capture)
+      : path_(std::move(path)), rig_(rig), capture_(capture) {}
 
   const CameraRig& rig() const override { return rig_; }
   std::optional<size_t> frame_count() const override {
@@ -87,7 +87,7 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenVideoSource(const std::string& 
       return absl::InvalidArgumentError(absl::StrCat(file, ": no video that can be played"));
     const double rate = capture.get(cv::CAP_PROP_FPS);
     if (rate >= 0.01 && rate <= 1000) rig.frames_per_second = rate;
-    return std::make_unique<VideoSource>(file, rig, std::move(capture));
+    return std::make_unique<VideoSource>(file, rig, capture);
   } catch (const cv::Exception& error) {
     return absl::InvalidArgumentError(absl::StrCat(file, ": ", error.what()));
   }
