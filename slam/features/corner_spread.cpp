@@ -29,9 +29,11 @@ void CornerSpread::SortIntoCells(std::span<const Corner> corners, const Region& 
   const int columns = std::max(1, static_cast<int>(width / side));
   const int rows = std::max(1, static_cast<int>(height / side));
   column_of_x_.resize(width);
-  for (int x = 0; x < width; ++x) column_of_x_[x] = static_cast<uint16_t>(x * columns / width);
+  for (int x = 0; x < width; ++x) column_of_x_[x] = static_cast<uint32_t>(x * columns / width);
+  first_of_y_.resize(height);
+  for (int y = 0; y < height; ++y) first_of_y_[y] = static_cast<uint32_t>(y * rows / height * columns);
   const auto cell_of = [&](const Corner& corner) {
-    return (corner.y - region.min_y) * rows / height * columns + column_of_x_[corner.x - region.min_x];
+    return first_of_y_[corner.y - region.min_y] + column_of_x_[corner.x - region.min_x];
   };
 
   cell_begin_.assign(static_cast<size_t>(columns) * rows + 1, 0);

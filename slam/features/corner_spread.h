@@ -37,7 +37,8 @@ class CornerSpread {
   void SortIntoCells(std::span<const Corner> corners, const Region& region, int wanted);
   void TakeRound(int strong_score);
 
-  std::vector<uint16_t> column_of_x_;
+  std::vector<uint32_t> column_of_x_;
+  std::vector<uint32_t> first_of_y_;  // first cell of the cell row that pixel row y lies in
   std::vector<uint32_t> cell_begin_;
   std::vector<Corner> by_cell_;
   std::vector<Cell> cells_;  // that have corners left
