@@ -108,8 +108,9 @@ class StreamingDrive : public Drive {
 // --- What the server says
 
 void StreamingDrive::OnMessage(const v1::StreamFramesResponse& response) {
-  Apply(response);
+  // In this order: who waits for an answer finds that the observer has seen it.
   Observe(response);
+  Apply(response);
 }
 
 void StreamingDrive::OnStarted(const v1::SessionStarted& started) {
@@ -352,6 +353,11 @@ absl::StatusOr<v1::SessionSummary> StreamingDrive::Finish() {
 
 // A stream that broke after the end was sent may have missed the summary of a session that ended well.
 absl::StatusOr<v1::SessionSummary> StreamingDrive::SummaryOfFinished(const absl::Status& failure) {
+  {
+    // The stream may have come to its end faster than the frames and the end message were repeated.
+    absl::MutexLock lock(&mutex_);
+    if (summary_.has_value()) return *summary_;
+  }
   if (!end_sent_ || ErrorReason(failure) != "SESSION_NOT_RESUMABLE") return failure;
   const auto session = Client(connection_).GetSession(first_started_.session());
   if (!session.ok() || session->end_reason() != v1::SESSION_END_REASON_CLIENT) return failure;

@@ -33,6 +33,11 @@ uint64_t LastSequence(const MapDelta& delta) {
   return last;
 }
 
+// Without payloads, which are not for people.
+std::string LogText(const absl::Status& status) {
+  return status.ToString(absl::StatusToStringMode::kWithNoExtraData);
+}
+
 double MillisecondsBetween(absl::Time start, absl::Time end) {
   return absl::ToDoubleMilliseconds(end - start);
 }
@@ -233,8 +238,9 @@ void VehicleSession::End(v1::SessionEndReason reason, absl::Status status) {
   absl::MutexLock lock(&mutex_);
   if (ending_.has_value()) return;
   spdlog::log(status.ok() ? spdlog::level::info : spdlog::level::warn,
-              "session ends session={} map={} reason={} {}", identity_.id, identity_.map_id,
-              v1::SessionEndReason_Name(reason), status.ToString());
+              "session ends session={} map={} reason={} error={} message=\"{}\"", identity_.id,
+              identity_.map_id, v1::SessionEndReason_Name(reason), ReasonName(ReasonOf(status)),
+              LogText(status));
   ending_ = Ending{reason, std::move(status)};
   ScheduleStep();
 }
@@ -264,7 +270,7 @@ void VehicleSession::StoreEnd() {
     counters = Counters();
   }
   const absl::Status status = environment_.store->EndSession(store_map_, store_session_, now, counters);
-  if (!status.ok()) spdlog::error("session end not stored session={} {}", identity_.id, status.ToString());
+  if (!status.ok()) spdlog::error("session end not stored session={} {}", identity_.id, LogText(status));
 
   std::vector<std::function<void(const v1::Session&)>> when_over;
   v1::Session snapshot;
@@ -319,7 +325,7 @@ void VehicleSession::StoreDelta(const MapDelta& delta) {
   if (!status.ok()) {
     store_failed_ = true;
     spdlog::error("map not stored session={} map={} version={} {}", identity_.id, identity_.map_id,
-                  delta.version, status.ToString());
+                  delta.version, LogText(status));
     End(v1::SESSION_END_REASON_INTERNAL, FromStore(status));
     DropWaitingFrames();
     return;
@@ -333,7 +339,7 @@ void VehicleSession::StoreDelta(const MapDelta& delta) {
   }
   if (++stored_deltas_ % kDeltasBetweenCounterUpdates == 0) {
     const absl::Status updated = environment_.store->UpdateSession(store_map_, store_session_, counters);
-    if (!updated.ok()) spdlog::warn("counters not stored session={} {}", identity_.id, updated.ToString());
+    if (!updated.ok()) spdlog::warn("counters not stored session={} {}", identity_.id, LogText(updated));
   }
   Wake();
 }

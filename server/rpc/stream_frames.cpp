@@ -129,8 +129,8 @@ void FrameStream::HandleLater() {
 void FrameStream::End(absl::Status status) {
   {
     absl::MutexLock lock(&mutex_);
-    if (ending_ != nullptr || finished_) return;
-    ending_ = std::make_unique<absl::Status>(std::move(status));
+    // The first reason counts; that a write failed is still to be acted upon.
+    if (ending_ == nullptr) ending_ = std::make_unique<absl::Status>(std::move(status));
   }
   Pump();
 }
