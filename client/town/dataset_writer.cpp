@@ -36,8 +36,9 @@ void PrintPose(std::FILE* file, const SE3& pose) {
 
 absl::Status WritePng(const std::string& path, const cv::Mat& rgb_or_grey) {
   try {
-    cv::Mat image = rgb_or_grey;
-    if (image.channels() == 3) cv::cvtColor(rgb_or_grey, image, cv::COLOR_RGB2BGR);
+    cv::Mat bgr;  // of its own: the caller's pixels stay as they are
+    if (rgb_or_grey.channels() == 3) cv::cvtColor(rgb_or_grey, bgr, cv::COLOR_RGB2BGR);
+    const cv::Mat& image = bgr.empty() ? rgb_or_grey : bgr;
     if (cv::imwrite(path, image, {cv::IMWRITE_PNG_COMPRESSION, 1})) return absl::OkStatus();
     return absl::InternalError(absl::StrCat("cannot write ", path));
   } catch (const cv::Exception& error) {
@@ -130,10 +131,14 @@ absl::Status DatasetWriter::WriteImages(const DriveFrame& frame) const {
 }
 
 void DatasetWriter::WriteTexts(const DriveFrame& frame) {
-  if (!has_first_) first_camera_from_town_ = frame.town_from_camera.Inverse();
-  has_first_ = true;
+  if (first_index_ < 0) {
+    first_index_ = frame.index;
+    first_camera_from_town_ = frame.town_from_camera.Inverse();
+  }
   std::fprintf(times_.get(), "%.9f\n", static_cast<double>(frame.timestamp_ns) * 1e-9);
-  PrintPose(poses_.get(), first_camera_from_town_ * frame.town_from_camera);
+  // Exactly the identity for the first frame, without the rounding of a product with its own inverse.
+  PrintPose(poses_.get(),
+            frame.index == first_index_ ? SE3() : first_camera_from_town_ * frame.town_from_camera);
   PrintPose(poses_town_.get(), frame.town_from_camera);
   const auto timestamp = static_cast<long long>(frame.timestamp_ns);
   std::fprintf(odometry_.get(), "%lld,%.6f,%.6f\n", timestamp, frame.wheel_speed, frame.true_speed);

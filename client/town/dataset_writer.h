@@ -54,7 +54,7 @@ class DatasetWriter {
   File poses_town_;
   File odometry_;
   File gnss_;
-  bool has_first_ = false;
+  int first_index_ = -1;
   SE3 first_camera_from_town_;
 };
 

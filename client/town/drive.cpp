@@ -49,6 +49,11 @@ absl::StatusOr<std::unique_ptr<TownDrive>> TownDrive::Create(const DriveConfig& 
   return drive;
 }
 
+void TownDrive::Skip() {
+  if (next_ > 0) simulation_->Step(1 / config_.rig.frames_per_second);
+  ++next_;
+}
+
 absl::StatusOr<bool> TownDrive::Next(DriveFrame* frame) {
   const double period = 1 / config_.rig.frames_per_second;
   if (config_.max_frames > 0 && next_ >= config_.max_frames) return false;

@@ -50,6 +50,8 @@ class TownDrive {
 
   // False when the route's end, or the number of frames asked for, is reached.
   absl::StatusOr<bool> Next(DriveFrame* frame);
+  // Passes over one frame: time goes on, nothing is drawn or measured.
+  void Skip();
 
   const DriveConfig& config() const { return config_; }
   const Route& route() const { return route_; }

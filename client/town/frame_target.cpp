@@ -24,19 +24,18 @@ absl::StatusOr<FrameTarget> FrameTarget::Create(int width, int height) {
     return texture;
   };
   target.sample_colour_ = multisample(GL_RGBA8);
-  target.sample_depth_ = multisample(GL_R32F);
   target.sample_z_ = multisample(GL_DEPTH_COMPONENT32F);
   target.samples_ = MakeFramebuffer();
   glNamedFramebufferTexture(target.samples_.get(), GL_COLOR_ATTACHMENT0, target.sample_colour_.get(), 0);
-  glNamedFramebufferTexture(target.samples_.get(), GL_COLOR_ATTACHMENT1, target.sample_depth_.get(), 0);
   glNamedFramebufferTexture(target.samples_.get(), GL_DEPTH_ATTACHMENT, target.sample_z_.get(), 0);
   target.colour_ = plain(GL_RGBA8);
   target.depth_ = plain(GL_R32F);
   target.pixels_ = MakeFramebuffer();
   glNamedFramebufferTexture(target.pixels_.get(), GL_COLOR_ATTACHMENT0, target.colour_.get(), 0);
   glNamedFramebufferTexture(target.pixels_.get(), GL_COLOR_ATTACHMENT1, target.depth_.get(), 0);
+  glNamedFramebufferDrawBuffers(target.pixels_.get(), static_cast<GLsizei>(kBothTargets.size()),
+                                kBothTargets.data());
   for (const GLuint name : {target.samples_.get(), target.pixels_.get()}) {
-    glNamedFramebufferDrawBuffers(name, static_cast<GLsizei>(kBothTargets.size()), kBothTargets.data());
     if (glCheckNamedFramebufferStatus(name, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
       return absl::UnavailableError("this OpenGL cannot draw to 4 samples of colour and depth");
     }
@@ -54,7 +53,7 @@ void FrameTarget::BeginSensor() const {
   glBindFramebuffer(GL_FRAMEBUFFER, pixels_.get());
   glViewport(0, 0, width_, height_);
   glBindTextureUnit(4, sample_colour_.get());
-  glBindTextureUnit(5, sample_depth_.get());
+  glBindTextureUnit(5, sample_z_.get());
 }
 
 void FrameTarget::Read(cv::Mat* colour_class, cv::Mat* depth) const {

@@ -28,7 +28,6 @@ class FrameTarget {
   int width_ = 0;
   int height_ = 0;
   GlTexture sample_colour_;
-  GlTexture sample_depth_;
   GlTexture sample_z_;
   GlFramebuffer samples_;
   GlTexture colour_;

@@ -36,6 +36,26 @@ std::array<glm::vec4, 6> PlanesOf(const glm::mat4& clip) {
           row(3) - row(1), row(3) + row(2), row(3) - row(2)};
 }
 
+// Small surfaces are left out from where they cover less than about a third of a pixel's width.
+struct Tier {
+  float largest;  // area of a quad, square metres
+  float range;    // metres
+};
+constexpr std::array<Tier, 3> kTiers = {{{1e9F, 1e9F}, {0.8F, 150.0F}, {0.1F, 60.0F}}};
+
+// The tier of the quad whose six indices start at `first`.
+int TierOf(const Mesh& mesh, size_t first) {
+  const auto at = [&](size_t k) { return mesh.vertices[mesh.indices[first + k]].position; };
+  const float area = (glm::length(glm::cross(at(1) - at(0), at(2) - at(0))) +
+                      glm::length(glm::cross(at(4) - at(3), at(5) - at(3)))) /
+                     2;
+  int tier = 0;
+  for (size_t i = 1; i < kTiers.size(); ++i) {
+    if (area < kTiers[i].largest) tier = static_cast<int>(i);
+  }
+  return tier;
+}
+
 bool MaySee(const std::array<glm::vec4, 6>& planes, const glm::vec3& low, const glm::vec3& high) {
   return std::all_of(planes.begin(), planes.end(), [&](const glm::vec4& plane) {
     const glm::vec3 normal(plane);
@@ -47,19 +67,22 @@ bool MaySee(const std::array<glm::vec4, 6>& planes, const glm::vec3& low, const 
 
 }  // namespace
 
-GpuMesh::GpuMesh(const Mesh& mesh, float cell) {
-  if (mesh.indices.empty()) return;
-  std::map<std::pair<int, int>, std::vector<uint32_t>> groups;
-  for (size_t i = 0; i < mesh.indices.size(); i += 3) {
-    const glm::vec3& at = mesh.vertices[mesh.indices[i]].position;
+GpuMesh::GpuMesh(const Mesh& mesh, float cell, const Choice& wanted) {
+  using Key = std::array<int, 3>;  // tier, column, row
+  std::map<Key, std::vector<uint32_t>> groups;
+  for (size_t i = 0; i < mesh.indices.size(); i += 6) {
+    const Vertex& first = mesh.vertices[mesh.indices[i]];
+    if (wanted != nullptr && !wanted(first)) continue;
     const auto index = [cell](float x) { return cell > 0 ? static_cast<int>(std::floor(x / cell)) : 0; };
-    auto& group = groups[{index(at.x), index(at.y)}];
+    const int tier = cell > 0 ? TierOf(mesh, i) : 0;
+    auto& group = groups[{tier, index(first.position.x), index(first.position.y)}];
     group.insert(group.end(), mesh.indices.begin() + static_cast<ptrdiff_t>(i),
-                 mesh.indices.begin() + static_cast<ptrdiff_t>(i) + 3);
+                 mesh.indices.begin() + static_cast<ptrdiff_t>(i) + 6);
   }
   std::vector<uint32_t> indices;
   for (const auto& [key, group] : groups) {
-    Chunk chunk{glm::vec3(1e9F), glm::vec3(-1e9F), static_cast<GLsizei>(group.size()), indices.size()};
+    Chunk chunk{glm::vec3(1e9F), glm::vec3(-1e9F), static_cast<GLsizei>(group.size()), indices.size(),
+                kTiers[static_cast<size_t>(key[0])].range};
     for (const uint32_t index : group) {
       chunk.low = glm::min(chunk.low, mesh.vertices[index].position);
       chunk.high = glm::max(chunk.high, mesh.vertices[index].position);
@@ -67,7 +90,7 @@ GpuMesh::GpuMesh(const Mesh& mesh, float cell) {
     indices.insert(indices.end(), group.begin(), group.end());
     chunks_.push_back(chunk);
   }
-  Upload(mesh, indices);
+  if (!indices.empty()) Upload(mesh, indices);
 }
 
 void GpuMesh::Upload(const Mesh& mesh, const std::vector<uint32_t>& indices) {
@@ -97,13 +120,16 @@ void GpuMesh::DrawAll() const {
   glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(last.first) + last.count, GL_UNSIGNED_INT, nullptr);
 }
 
-void GpuMesh::DrawVisible(const glm::mat4& clip_from_model, const glm::vec3& eye) const {
+void GpuMesh::DrawVisible(const glm::mat4& clip_from_model, const glm::vec3& eye,
+                          const Filter& wanted) const {
   if (empty()) return;
   const auto planes = PlanesOf(clip_from_model);
   std::vector<std::pair<float, const Chunk*>> visible;
   for (const Chunk& chunk : chunks_) {
     if (!MaySee(planes, chunk.low, chunk.high)) continue;
-    visible.emplace_back(glm::distance(glm::clamp(eye, chunk.low, chunk.high), eye), &chunk);
+    if (wanted != nullptr && !wanted(chunk.low, chunk.high)) continue;
+    const float distance = glm::distance(glm::clamp(eye, chunk.low, chunk.high), eye);
+    if (distance < chunk.range) visible.emplace_back(distance, &chunk);
   }
   std::stable_sort(visible.begin(), visible.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });

@@ -50,6 +50,7 @@ void MeshBuilder::Push(Mesh* mesh, const std::array<glm::vec3, 4>& corners,
     vertex.layer = static_cast<uint8_t>(surface.texture);
     vertex.class_id = static_cast<uint8_t>(surface.class_id);
     vertex.grime = static_cast<uint8_t>(std::clamp(surface.grime, 0.0F, 1.0F) * 255.0F);
+    vertex.sun = 2;
     mesh->vertices.push_back(vertex);
   }
   for (const uint32_t offset : {0U, 1U, 2U, 0U, 2U, 3U}) mesh->indices.push_back(first + offset);

@@ -23,7 +23,7 @@ struct Vertex {
   uint8_t layer;                 // of the texture array
   uint8_t class_id;
   uint8_t grime;  // strength of the stains, 0 to 255
-  uint8_t unused;
+  uint8_t sun;    // SunState; kMixed where nobody has looked
 };
 static_assert(sizeof(Vertex) == 40);
 

@@ -110,8 +110,10 @@ void BuildBillboard(const glm::vec3& foot, const glm::vec2& facing, Random* rand
   Surface poster =
       MakeSurface(random->Chance(0.5) ? Texture::kPosters0 : Texture::kPosters1, ClassId::kOther);
   poster.glow = 160;
-  FrontedBox(foot + Up(2.3F), facing, {0.3F, 2.0F, 3.0F}, MakeSurface(Texture::kMetal, ClassId::kOther),
-             poster, CellOf(random->Below(8), 4, 2), mesh);
+  const Surface box = MakeSurface(Texture::kMetal, ClassId::kOther);
+  FrontedBox(foot + Up(2.3F), facing, {0.3F, 2.0F, 3.0F}, box, poster, CellOf(random->Below(8), 4, 2), mesh);
+  FrontedBox(foot + Up(2.3F), -facing, {0.29F, 2.0F, 3.0F}, box, poster, CellOf(random->Below(8), 4, 2),
+             mesh);
 }
 
 void BuildBusStop(const glm::vec3& foot, const glm::vec2& facing, Random* random, MeshBuilder* mesh) {

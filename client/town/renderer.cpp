@@ -14,6 +14,7 @@
 #include "client/town/gpu_mesh.h"
 #include "client/town/landscape.h"
 #include "client/town/shaders.h"
+#include "client/town/sun_states.h"
 #include "client/town/textures.h"
 #include "slam/common/status_macros.h"
 
@@ -23,8 +24,9 @@ namespace {
 constexpr float kNear = 0.2F;
 constexpr float kFar = 900.0F;
 constexpr float kChunk = 27.0F;
-constexpr int kMovingShadowSize = 1024;
 constexpr float kMovingShadowReach = 45.0F;  // metres around the camera
+constexpr float kCasterReach = 5.2F;         // metres around the origin of what moves
+constexpr float kTallestCaster = 3.0F;       // metres, of what moves
 
 struct SurfaceProgram {
   GlProgram program;
@@ -142,8 +144,8 @@ struct Renderer::State {
   RenderConfig config;
   Weather weather;
   std::unique_ptr<EglContext> context;  // destroyed last
-  SurfaceProgram solid;
-  SurfaceProgram cut;
+  SurfaceProgram solid[2];              // without and with a look at the shadows
+  SurfaceProgram cut[2];
   SurfaceProgram shadow_solid;
   SurfaceProgram shadow_cut;
   SurfaceProgram sky;
@@ -151,33 +153,59 @@ struct Renderer::State {
   GlTexture layers;
   GlTexture grime;
   GlTexture still_shadow;
-  GlTexture moving_shadow;
+  GlTexture shadow;  // the still shadows and, drawn over them, those of this frame's moving things
   GlFramebuffer shadow_target;
   GlVertexArray no_vertices;
-  Model town;
+  Model town_even;   // lit or shaded all over
+  Model town_mixed;  // crossed by edges of shadows
   Model dome;
   std::vector<Model> models;
   std::unique_ptr<FrameTarget> target;
-  glm::mat4 still_sun_view{1.0F};
+  glm::mat4 sun_view{1.0F};
+  float texels_per_metre = 1;
+  std::vector<cv::Rect> overdrawn;  // places of `shadow` that differ from `still_shadow`
   cv::Mat colour_class;
+  std::vector<glm::vec3> casters;  // of moving shadows in this frame
 
+  std::vector<const SurfaceProgram*> AllSurfacePrograms() const;
   absl::Status LoadPrograms();
   absl::Status Upload(const World& world);
   void SetWeather();
   void DrawStillShadows(const World& world);
-  bool DrawMovingShadows(const glm::vec3& eye, const std::vector<Instance>& instances);
+  void UploadTown(const World& world);
+  bool HasSun() const { return weather.sun_light.x > 0.01F; }
+  void DrawMovingShadows(const glm::vec3& eye, const std::vector<Instance>& instances);
+  cv::Rect TexelsAround(const glm::vec3& caster) const;
+  void CopyShadow(const cv::Rect& place) const;
+  bool MayBeShadowed(const glm::vec3& low, const glm::vec3& high) const;
+  void Use(const SurfaceProgram& program, const glm::mat4& clip_from_town) const;
   void DrawScene(const glm::mat4& town_from_camera, const std::vector<Instance>& instances);
+  void DrawInstances(const glm::mat4& clip_from_town, const glm::vec3& eye,
+                     const std::vector<Instance>& instances) const;
   void DrawSky(const glm::mat4& clip_from_town, const glm::vec3& eye);
   void DrawSensor(uint32_t frame);
 };
 
+std::vector<const SurfaceProgram*> Renderer::State::AllSurfacePrograms() const {
+  std::vector<const SurfaceProgram*> programs;
+  for (const int i : {0, 1}) {
+    programs.push_back(&solid[i]);
+    programs.push_back(&cut[i]);
+  }
+  return programs;
+}
+
 absl::Status Renderer::State::LoadPrograms() {
-  SEMMAP_RETURN_IF_ERROR(Load(shaders::SurfaceVertex(), shaders::SurfaceFragment(false), &solid));
-  SEMMAP_RETURN_IF_ERROR(Load(shaders::SurfaceVertex(), shaders::SurfaceFragment(true), &cut));
+  for (const bool look : {false, true}) {
+    SEMMAP_RETURN_IF_ERROR(
+        Load(shaders::SurfaceVertex(look), shaders::SurfaceFragment(false, look), &solid[look]));
+    SEMMAP_RETURN_IF_ERROR(
+        Load(shaders::SurfaceVertex(look), shaders::SurfaceFragment(true, look), &cut[look]));
+  }
   SEMMAP_RETURN_IF_ERROR(Load(shaders::ShadowVertex(), shaders::ShadowFragment(false), &shadow_solid));
   SEMMAP_RETURN_IF_ERROR(Load(shaders::ShadowVertex(), shaders::ShadowFragment(true), &shadow_cut));
   SEMMAP_RETURN_IF_ERROR(Load(shaders::SkyVertex(), shaders::SkyFragment(), &sky));
-  return Load(shaders::SensorVertex(), shaders::SensorFragment(kSamplesPerPixel), &sensor);
+  return Load(shaders::SensorVertex(), shaders::SensorFragment(), &sensor);
 }
 
 absl::Status Renderer::State::Upload(const World& world) {
@@ -185,12 +213,11 @@ absl::Status Renderer::State::Upload(const World& world) {
   target = std::make_unique<FrameTarget>(std::move(made));
   layers = UploadLayers(PaintAllTextures(world.seed()));
   grime = UploadGrime(PaintGrime(world.seed()));
-  town = {GpuMesh(world.mesh().solid(), kChunk), GpuMesh(world.mesh().cut(), kChunk)};
   MeshBuilder sky_mesh;
   BuildSkyDome(&sky_mesh);
   dome.solid = GpuMesh(sky_mesh.solid(), 0);
   still_shadow = MakeShadowMap(config.shadow_size);
-  moving_shadow = MakeShadowMap(kMovingShadowSize);
+  shadow = MakeShadowMap(config.shadow_size);
   shadow_target = MakeFramebuffer();
   no_vertices = MakeVertexArray();
   return absl::OkStatus();
@@ -198,7 +225,7 @@ absl::Status Renderer::State::Upload(const World& world) {
 
 void Renderer::State::SetWeather() {
   const glm::vec3 sun = glm::normalize(weather.sun);
-  for (const SurfaceProgram* program : {&solid, &cut}) {
+  for (const SurfaceProgram* program : AllSurfacePrograms()) {
     program->Set("u_sun", sun);
     program->Set("u_sun_light", weather.sun_light);
     program->Set("u_sky_light", weather.sky_light);
@@ -211,19 +238,22 @@ void Renderer::State::SetWeather() {
   sky.Set("u_sky_tint", weather.sky_tint);
   sky.Set("u_clouds", weather.clouds);
   sky.Set("u_fog", weather.fog);
+  sensor.Set("u_near_far", glm::vec2(kNear, kFar));
   sensor.Set("u_exposure", weather.exposure);
   sensor.Set("u_noise", weather.noise);
   sensor.Set("u_vignetting", config.vignetting);
   sensor.Set("u_size", glm::vec2(config.camera.width, config.camera.height));
 }
 
+// Draws the map of the still shadows from the whole town.
 void Renderer::State::DrawStillShadows(const World& world) {
   const glm::dvec2 low = world.network().Min();
   const glm::dvec2 high = world.network().Max();
   const glm::vec3 middle(glm::vec2((low + high) * 0.5), 0);
   const auto radius = static_cast<float>(glm::distance(low, high) / 2 + 35);
   const glm::mat4 view = SunView(glm::normalize(weather.sun), middle, radius);
-  still_sun_view = ToTexture() * view;
+  sun_view = view;
+  texels_per_metre = static_cast<float>(config.shadow_size) / (2 * radius);
   glNamedFramebufferTexture(shadow_target.get(), GL_DEPTH_ATTACHMENT, still_shadow.get(), 0);
   glBindFramebuffer(GL_FRAMEBUFFER, shadow_target.get());
   glViewport(0, 0, config.shadow_size, config.shadow_size);
@@ -235,55 +265,125 @@ void Renderer::State::DrawStillShadows(const World& world) {
     program->Set("u_clip_from_town", view);
     program->Set("u_town_from_model", glm::mat4(1));
     glUseProgram(program->program.get());
-    (program == &shadow_solid ? town.solid : town.cut).DrawAll();
+    GpuMesh(program == &shadow_solid ? world.mesh().solid() : world.mesh().cut(), 0).DrawAll();
   }
   glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
-bool Renderer::State::DrawMovingShadows(const glm::vec3& eye, const std::vector<Instance>& instances) {
-  const glm::mat4 view = SunView(glm::normalize(weather.sun), eye, kMovingShadowReach);
-  for (const SurfaceProgram* program : {&solid, &cut}) program->Set("u_moving_from_town", ToTexture() * view);
-  glNamedFramebufferTexture(shadow_target.get(), GL_DEPTH_ATTACHMENT, moving_shadow.get(), 0);
+// Uploads the town, parted into what the sun lights evenly and what an edge of a shadow crosses.
+void Renderer::State::UploadTown(const World& world) {
+  ShadowMap map;
+  map.size = config.shadow_size;
+  map.depth.resize(static_cast<size_t>(map.size) * static_cast<size_t>(map.size));
+  map.texture_from_town = ToTexture() * sun_view;
+  glGetTextureImage(still_shadow.get(), 0, GL_DEPTH_COMPONENT, GL_UNSIGNED_SHORT,
+                    static_cast<GLsizei>(map.depth.size() * sizeof(uint16_t)), map.depth.data());
+  Mesh solid_mesh = world.mesh().solid();
+  Mesh cut_mesh = world.mesh().cut();
+  for (Mesh* mesh : {&solid_mesh, &cut_mesh}) {
+    ClassifySun(map, glm::normalize(weather.sun), mesh);
+    // Without a sun there are no edges.
+    if (!HasSun()) {
+      for (Vertex& vertex : mesh->vertices) vertex.sun = static_cast<uint8_t>(SunState::kDark);
+    }
+  }
+  const auto even = [](const Vertex& vertex) { return vertex.sun != static_cast<uint8_t>(SunState::kMixed); };
+  const auto mixed = [](const Vertex& vertex) {
+    return vertex.sun == static_cast<uint8_t>(SunState::kMixed);
+  };
+  town_even = {GpuMesh(solid_mesh, kChunk, even), GpuMesh(cut_mesh, kChunk, even)};
+  town_mixed = {GpuMesh(solid_mesh, kChunk, mixed), GpuMesh(cut_mesh, kChunk, mixed)};
+}
+
+// Texels of the shadow map around a caster.
+cv::Rect Renderer::State::TexelsAround(const glm::vec3& caster) const {
+  const glm::vec3 at(ToTexture() * sun_view * glm::vec4(caster, 1));
+  const auto size = static_cast<float>(config.shadow_size);
+  const int reach = static_cast<int>(kCasterReach * texels_per_metre) + 2;
+  const cv::Rect around(static_cast<int>(at.x * size) - reach, static_cast<int>(at.y * size) - reach,
+                        2 * reach, 2 * reach);
+  return around & cv::Rect(0, 0, config.shadow_size, config.shadow_size);
+}
+
+void Renderer::State::CopyShadow(const cv::Rect& place) const {
+  glCopyImageSubData(still_shadow.get(), GL_TEXTURE_2D, 0, place.x, place.y, 0, shadow.get(), GL_TEXTURE_2D,
+                     0, place.x, place.y, 0, place.width, place.height, 1);
+}
+
+void Renderer::State::DrawMovingShadows(const glm::vec3& eye, const std::vector<Instance>& instances) {
+  for (const cv::Rect& place : overdrawn) CopyShadow(place);
+  overdrawn.clear();
+  casters.clear();
+  if (!HasSun()) return;
+  glNamedFramebufferTexture(shadow_target.get(), GL_DEPTH_ATTACHMENT, shadow.get(), 0);
   glBindFramebuffer(GL_FRAMEBUFFER, shadow_target.get());
-  glViewport(0, 0, kMovingShadowSize, kMovingShadowSize);
-  glClear(GL_DEPTH_BUFFER_BIT);
+  glViewport(0, 0, config.shadow_size, config.shadow_size);
   glDisable(GL_CULL_FACE);
   glUseProgram(shadow_solid.program.get());
-  shadow_solid.Set("u_clip_from_town", view);
-  bool any = false;
+  shadow_solid.Set("u_clip_from_town", sun_view);
   for (const Instance& instance : instances) {
-    if (!instance.shadow || glm::distance(glm::vec3(instance.town_from_model[3]), eye) > kMovingShadowReach)
-      continue;
+    const glm::vec3 at(instance.town_from_model[3]);
+    if (!instance.shadow || glm::distance(at, eye) > kMovingShadowReach) continue;
+    const cv::Rect place = TexelsAround(at);
+    if (place.empty()) continue;
     shadow_solid.Set("u_town_from_model", instance.town_from_model);
     models[static_cast<size_t>(instance.model)].solid.DrawAll();
-    any = true;
+    overdrawn.push_back(place);
+    casters.push_back(at);
   }
-  return any;
+}
+
+bool Renderer::State::MayBeShadowed(const glm::vec3& low, const glm::vec3& high) const {
+  const glm::vec3 sun = glm::normalize(weather.sun);
+  // Where the shadow of the caster's top may end.
+  const glm::vec3 throw_length = -glm::vec3(sun.x, sun.y, 0) * (kTallestCaster / std::max(sun.z, 0.1F));
+  return std::any_of(casters.begin(), casters.end(), [&](const glm::vec3& caster) {
+    const glm::vec3 from = glm::min(caster, caster + throw_length) - kCasterReach;
+    const glm::vec3 to = glm::max(caster, caster + throw_length) + kCasterReach;
+    return from.x < high.x && to.x > low.x && from.y < high.y && to.y > low.y && low.z < kTallestCaster;
+  });
+}
+
+void Renderer::State::Use(const SurfaceProgram& program, const glm::mat4& clip_from_town) const {
+  program.Set("u_clip_from_town", clip_from_town);
+  program.Set("u_town_from_model", glm::mat4(1));
+  program.Set("u_shadow_from_town", ToTexture() * sun_view);
+  glUseProgram(program.program.get());
 }
 
 void Renderer::State::DrawScene(const glm::mat4& town_from_camera, const std::vector<Instance>& instances) {
-  const glm::mat4 camera_from_town = glm::inverse(town_from_camera);
-  const glm::mat4 clip_from_town = ClipFromCamera(config.camera) * camera_from_town;
+  const glm::mat4 clip_from_town = ClipFromCamera(config.camera) * glm::inverse(town_from_camera);
   const glm::vec3 eye(town_from_camera[3]);
-  const glm::vec4 depth_row(camera_from_town[0][2], camera_from_town[1][2], camera_from_town[2][2],
-                            camera_from_town[3][2]);
+  const auto shadowed = [this](const glm::vec3& low, const glm::vec3& high) {
+    return MayBeShadowed(low, high);
+  };
+  const auto unshadowed = [this](const glm::vec3& low, const glm::vec3& high) {
+    return !MayBeShadowed(low, high);
+  };
+  const auto draw_town = [&](const SurfaceProgram* programs, GpuMesh Model::*part) {
+    Use(programs[1], clip_from_town);
+    (town_even.*part).DrawVisible(clip_from_town, eye, shadowed);
+    (town_mixed.*part).DrawVisible(clip_from_town, eye);
+    Use(programs[0], clip_from_town);
+    (town_even.*part).DrawVisible(clip_from_town, eye, unshadowed);
+  };
   glEnable(GL_CULL_FACE);
-  for (const SurfaceProgram* program : {&solid, &cut}) {
-    const bool is_cut = program == &cut;
-    program->Set("u_clip_from_town", clip_from_town);
-    program->Set("u_depth_row", depth_row);
-    program->Set("u_shadow_from_town", still_sun_view);
-    glUseProgram(program->program.get());
-    if (is_cut) glDisable(GL_CULL_FACE);
-    for (const Instance& instance : instances) {
-      program->Set("u_town_from_model", instance.town_from_model);
-      const Model& model = models[static_cast<size_t>(instance.model)];
-      (is_cut ? model.cut : model.solid).DrawVisible(clip_from_town * instance.town_from_model, eye);
-    }
-    program->Set("u_town_from_model", glm::mat4(1));
-    (is_cut ? town.cut : town.solid).DrawVisible(clip_from_town, eye);
-  }
+  DrawInstances(clip_from_town, eye, instances);
+  draw_town(solid, &Model::solid);
   DrawSky(clip_from_town, eye);
+  glDisable(GL_CULL_FACE);
+  draw_town(cut, &Model::cut);
+}
+
+void Renderer::State::DrawInstances(const glm::mat4& clip_from_town, const glm::vec3& eye,
+                                    const std::vector<Instance>& instances) const {
+  const SurfaceProgram& program = solid[HasSun() ? 1 : 0];
+  Use(program, clip_from_town);
+  for (const Instance& instance : instances) {
+    program.Set("u_town_from_model", instance.town_from_model);
+    models[static_cast<size_t>(instance.model)].solid.DrawVisible(clip_from_town * instance.town_from_model,
+                                                                  eye);
+  }
 }
 
 void Renderer::State::DrawSky(const glm::mat4& clip_from_town, const glm::vec3& eye) {
@@ -326,9 +426,10 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const World& world, c
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glBindTextureUnit(0, state->layers.get());
   glBindTextureUnit(1, state->grime.get());
-  glBindTextureUnit(2, state->still_shadow.get());
-  glBindTextureUnit(3, state->moving_shadow.get());
+  glBindTextureUnit(2, state->shadow.get());
   state->DrawStillShadows(world);
+  state->UploadTown(world);
+  state->CopyShadow({0, 0, config.shadow_size, config.shadow_size});
   return std::unique_ptr<Renderer>(new Renderer(std::move(state)));
 }
 
@@ -342,9 +443,7 @@ absl::Status Renderer::Render(const SE3& town_from_camera, const std::vector<Ins
                               uint32_t frame, View* view) {
   SEMMAP_RETURN_IF_ERROR(state_->context->MakeCurrent());
   const glm::mat4 pose = ToGlm(town_from_camera);
-  const bool moving = state_->DrawMovingShadows(glm::vec3(pose[3]), instances);
-  for (const SurfaceProgram* program : {&state_->solid, &state_->cut})
-    program->Set("u_moving_on", moving ? 1.0F : 0.0F);
+  state_->DrawMovingShadows(glm::vec3(pose[3]), instances);
   state_->target->BeginScene();
   state_->DrawScene(pose, instances);
   state_->DrawSensor(frame);

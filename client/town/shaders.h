@@ -5,15 +5,16 @@
 // GLSL 4.50 sources. All surfaces share one vertex shader.
 namespace semmap::town::shaders {
 
-std::string SurfaceVertex();
-// `cut_out`: with holes where the texture's alpha is low.
-std::string SurfaceFragment(bool cut_out);
+// `shadow`: looks the sun up at each pixel; without, the surface's sun state says all.
+std::string SurfaceVertex(bool shadow);
+// `cut_out`: with holes where the texture's alpha is low, and without stains; written for 4 samples a pixel.
+std::string SurfaceFragment(bool cut_out, bool shadow);
 std::string ShadowVertex();
 std::string ShadowFragment(bool cut_out);
 std::string SkyVertex();
 std::string SkyFragment();
 std::string SensorVertex();
-// Joins the samples of each pixel and adds what the camera adds. `samples`: of the multisample targets.
-std::string SensorFragment(int samples);
+// Joins the 4 samples of each pixel and adds what the camera adds.
+std::string SensorFragment();
 
 }  // namespace semmap::town::shaders

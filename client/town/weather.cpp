@@ -26,8 +26,8 @@ std::vector<Weather> MakeAll() {
   dusk.noise = 0.012F;
   Weather overcast = noon;
   overcast.name = "overcast";
-  overcast.sun_light = {0.12F, 0.12F, 0.12F};
-  overcast.sky_light = {0.95F, 0.98F, 1.02F};
+  overcast.sun_light = {0.0F, 0.0F, 0.0F};
+  overcast.sky_light = {1.0F, 1.03F, 1.07F};
   overcast.ground_light = {0.46F, 0.45F, 0.43F};
   overcast.sky_tint = {0.85F, 0.86F, 0.88F};
   overcast.fog = {0.62F, 0.64F, 0.66F};
