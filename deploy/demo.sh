@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 deploy/build.sh release semmapd semmap
 bin=build/release/bin
 out=build/demo
-frames=${DEMO_FRAMES:-240}
+frames=${DEMO_FRAMES:-120}
 rm -rf "$out/store" && mkdir -p "$out"
 
 step() { printf '\n== %s\n' "$*"; }
@@ -15,7 +15,7 @@ step() { printf '\n== %s\n' "$*"; }
 step "two vehicles of the town (each $frames frames; kept in $out for the next time)"
 record() {  # name route
   if [[ ! -f $out/$1-$frames/poses.txt ]]; then
-    "$bin/semmap" town drive --seed 1 --route "$2" --vehicles 0 --pedestrians 0 --frames "$frames" \
+    "$bin/semmap" town drive --seed 1 --route "$2" --vehicles 20 --pedestrians 10 --frames "$frames" --stereo --no-class --no-depth \
       --output "$out/$1-$frames.part" >"$out/$1.log" 2>&1 || { cat "$out/$1.log"; exit 1; }
     rm -rf "$out/$1-$frames" && mv "$out/$1-$frames.part" "$out/$1-$frames"
   fi

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "client/town/commands.h"
+
 namespace semmap::client {
 namespace {
 
@@ -36,6 +38,8 @@ int RunCommandLine(std::vector<std::string> arguments, const Console& console) {
                "semmap");
   Action action;
   AddCommands(app, &action);
+  int town_exit_code = kExitOk;
+  town::AddTownCommands(&app, &town_exit_code);
   // CLI11 takes them last first.
   std::reverse(arguments.begin(), arguments.end());
   try {
@@ -43,7 +47,8 @@ int RunCommandLine(std::vector<std::string> arguments, const Console& console) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error, console.out, console.err) == 0 ? kExitOk : kExitUsage;
   }
-  return RunAction(action, console);
+  // The town's commands did their work while the line was parsed.
+  return action ? RunAction(action, console) : town_exit_code;
 }
 
 }  // namespace semmap::client
