@@ -192,7 +192,7 @@ class StreetBuilder {
       const double size = manhole ? 0.75 : random_.Uniform(0.8, 2.4);
       const int cell = manhole ? random_.Integer(4, 7) : random_.Integer(8, 15);
       Decal(street.centre, s, lateral, size, size * (manhole ? 1 : random_.Uniform(0.7, 1.8)), cell,
-            kPatchHeight, manhole ? ClassId::kUnlabeled : ClassId::kRoad);
+            kPatchHeight, ClassId::kRoad);
     }
   }
 
