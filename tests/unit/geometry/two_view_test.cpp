@@ -167,7 +167,7 @@ TEST(ReconstructTwoViews, ForwardMotionInAStreet) {
   }
 }
 
-TEST(ReconstructTwoViews, EndureOutliers) {
+TEST(ReconstructTwoViews, EnduresOutliers) {
   const SE3 motion = Motion(-1.5, 0.1, 0.4, 0.01, -0.05, 0.02);
   for (uint32_t seed = 0; seed < 10; ++seed) {
     Scene scene(seed);
