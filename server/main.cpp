@@ -1,13 +1,13 @@
 // semmapd: the map service.
 #include <csignal>
 #include <cstdio>
-#include <filesystem>
 #include <string>
 
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
 #include "server/data_directory.h"
+#include "server/logging.h"
 #include "server/rpc/server.h"
 #include "slam/pipeline/session.h"
 
@@ -58,7 +58,7 @@ int Run(const Options& options) {
   const sigset_t signals = BlockEndSignals();
   const auto config = ReadConfig(options);
   if (!config.ok()) return Fail(config.status());
-  spdlog::set_level(spdlog::level::from_str(config->server.log_level));
+  semmap::server::SetUpLogging(config->server.log_level);
   auto server = Server::Start(*config, &semmap::Session::Create);
   if (!server.ok()) return Fail(server.status());
   std::printf("listening on %s\n", (*server)->address().c_str());
