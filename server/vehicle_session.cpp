@@ -237,10 +237,14 @@ void VehicleSession::RecordResult(const QueuedFrame& queued, const FrameResult& 
 void VehicleSession::End(v1::SessionEndReason reason, absl::Status status) {
   absl::MutexLock lock(&mutex_);
   if (ending_.has_value()) return;
-  spdlog::log(status.ok() ? spdlog::level::info : spdlog::level::warn,
-              "session ends session={} map={} reason={} error={} message=\"{}\"", identity_.id,
-              identity_.map_id, v1::SessionEndReason_Name(reason), ReasonName(ReasonOf(status)),
-              LogText(status));
+  if (status.ok()) {
+    spdlog::info("session ends session={} map={} reason={}", identity_.id, identity_.map_id,
+                 v1::SessionEndReason_Name(reason));
+  } else {
+    spdlog::warn("session ends session={} map={} reason={} error={} message=\"{}\"", identity_.id,
+                 identity_.map_id, v1::SessionEndReason_Name(reason), ReasonName(ReasonOf(status)),
+                 LogText(status));
+  }
   ending_ = Ending{reason, std::move(status)};
   ScheduleStep();
 }

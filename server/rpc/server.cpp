@@ -116,7 +116,10 @@ absl::Status GrpcServer::Listen() {
   builder.AddListeningPort(config_.server.listen, grpc::InsecureServerCredentials(), &port_);
   for (const auto& service : services_) builder.RegisterService(service.get());
   grpc_ = builder.BuildAndStart();
-  if (grpc_ != nullptr && port_ != 0) return absl::OkStatus();
+  if (grpc_ != nullptr && port_ != 0) {
+    spdlog::info("listening address={} database={}", address(), config_.storage.uri);
+    return absl::OkStatus();
+  }
   return absl::UnavailableError(absl::StrCat("cannot listen on ", config_.server.listen));
 }
 

@@ -119,6 +119,25 @@ TEST_F(DriveTest, AMapThatHoldsKeyFramesIsNotMadeAgain) {
   EXPECT_EQ(client::ErrorReason(second.status()), "MAP_NOT_EMPTY");
 }
 
+// What the store refuses ends the session with the store's reason, and the server goes on.
+TEST_F(DriveTest, AStoreThatFailsEndsTheSession) {
+  auto drive = client::Drive::Start(Connect(), DriveTo("town"), {});
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  {
+    const auto behind_its_back = server::OpenStoreIn(directory_);
+    ASSERT_NE(behind_its_back, nullptr);
+    ASSERT_TRUE(behind_its_back->DeleteMap(behind_its_back->GetMap("town")->id).ok());
+  }
+  absl::Status status;
+  for (uint64_t sequence = 1; status.ok() && sequence < 1000; ++sequence)
+    status = (*drive)->Send(Frame(sequence));
+  EXPECT_EQ(client::ErrorReason(status), "MAP_NOT_FOUND") << status;
+  auto next = client::Drive::Start(Connect(), DriveTo("town"), {});
+  ASSERT_TRUE(next.ok()) << next.status();
+  ASSERT_TRUE((*next)->Send(Frame(1)).ok());
+  EXPECT_TRUE((*next)->Finish().ok());
+}
+
 TEST_F(DriveTest, EndSessionEndsTheStream) {
   auto drive = client::Drive::Start(Connect(), DriveTo("town"), {});
   ASSERT_TRUE(drive.ok()) << drive.status();

@@ -1,5 +1,8 @@
 #include "server/error_reasons.h"
 
+#include <fstream>
+#include <sstream>
+
 #include <gtest/gtest.h>
 
 #include "google/rpc/error_details.pb.h"
@@ -14,6 +17,27 @@ TEST(ErrorReasons, EveryReasonOfTheContractIsInTheTable) {
     if (reason == v1::ERROR_REASON_UNSPECIFIED) continue;
     EXPECT_NE(CodeOf(reason), absl::StatusCode::kUnknown) << descriptor->value(i)->name();
   }
+}
+
+// The contract states the status code of each reason at the beginning of its comment.
+TEST(ErrorReasons, CodesAreThoseThatTheContractStates) {
+  std::ifstream proto(std::string(SEMMAP_SOURCE_DIR) + "/proto/semmap/v1/error_reason.proto");
+  ASSERT_TRUE(proto.good());
+  std::string code;
+  int reasons = 0;
+  for (std::string line; std::getline(proto, line);) {
+    std::istringstream words(line);
+    std::string first;
+    std::string second;
+    words >> first >> second;
+    if (first == "//" && second.ends_with('.')) code = second.substr(0, second.size() - 1);
+    v1::ErrorReason reason = v1::ERROR_REASON_UNSPECIFIED;
+    if (!v1::ErrorReason_Parse(first, &reason) || reason == v1::ERROR_REASON_UNSPECIFIED) continue;
+    EXPECT_EQ(absl::StatusCodeToString(CodeOf(reason)), code) << first;
+    code.clear();
+    ++reasons;
+  }
+  EXPECT_EQ(reasons, v1::ErrorReason_descriptor()->value_count() - 1);
 }
 
 TEST(ErrorReasons, AnErrorCarriesReasonDomainAndMetadata) {
