@@ -20,9 +20,9 @@ struct PatchMatch {
 };
 
 // Finds the patch around (x, y) of `left` in the same row of `right`, near column `guess_x`, by the sum of
-// absolute differences, and refines its column below a pixel. Nothing if the patches do not fit into the
-// images, or if the best place is at an end of the search range and so no minimum. Both images are levels of
-// an OrbExtractor's pyramid, which may be read a few bytes past the end of a row.
+// absolute differences, then its column to about a twentieth of a pixel. Nothing if the patches do not fit
+// into the images, or if the best place is at an end of the search range or hardly better than the others.
+// Both images are padded (padded_image.h), as those of an OrbExtractor's pyramid are.
 std::optional<PatchMatch> FindPatchInRow(const cv::Mat& left, const cv::Mat& right, int x, int y,
                                          int guess_x);
 

@@ -17,9 +17,9 @@ struct StereoConfig {
 };
 
 // Fills right_x and depth of the keypoints of a rectified left image: candidates on the same row band by
-// descriptor, then sub-pixel disparity from patch correlation with a parabola through the minimum, then
-// outliers by correlation score are dropped (Mur-Artal and Tardos, ORB-SLAM2, IEEE TRO 2017, section III-A).
-// `left` and `right` are the extractors that hold the pyramids of the two images just extracted.
+// descriptor, then sub-pixel disparity from patch correlation, then outliers by correlation score are dropped
+// (after Mur-Artal and Tardos, ORB-SLAM2, IEEE TRO 2017, section III-A; patch_disparity.h says how it
+// differs). `left` and `right` are the extractors that hold the pyramids of the two images just extracted.
 // focal_px * baseline_m / disparity = depth. Keypoints without a match lose what depth they had.
 // Deterministic. Not thread-safe (keeps buffers).
 class StereoMatcher {

@@ -71,7 +71,7 @@ TEST(StereoMatcher, FindsKnownDisparitiesBelowAPixel) {
     }
     ASSERT_GT(errors.size(), 1000u) << base;
     std::sort(errors.begin(), errors.end());
-    EXPECT_LT(errors[errors.size() / 2], 0.2) << base;
+    EXPECT_LT(errors[errors.size() / 2], 0.12) << base;
     EXPECT_LT(errors[errors.size() * 95 / 100], 1.5) << base;
   }
 }
