@@ -68,6 +68,9 @@ absl::Status ValidateMove(const KeyFramePose& moved) {
     return Refuse("moved keyframe ", id, ": bad parent ", moved.parent.value());
   }
   if (!IsStorable(moved.map_from_camera)) return Refuse("moved keyframe ", id, ": pose is not finite");
+  if (!std::isfinite(moved.rescale) || moved.rescale <= 0) {
+    return Refuse("moved keyframe ", id, ": rescale is not a positive number");
+  }
   return absl::OkStatus();
 }
 

@@ -14,12 +14,25 @@ void TrajectoryCollector::OnDelta(MapDelta delta) {
   for (const KeyFramePose& keyframe : delta.moved_keyframes) {
     const auto known = keyframes_.find(keyframe.id);
     if (known != keyframes_.end()) known->second = keyframe.map_from_camera;
+    if (keyframe.rescale != 1) Rescale(keyframe);
   }
   for (const RemovedKeyFrame& removed : delta.removed_keyframes) {
     keyframes_.erase(removed.removed);
     heirs_[removed.removed] = {removed.heir, removed.heir_from_removed};
   }
   for (const FramePose& frame : delta.frames) frames_[frame.sequence] = frame;
+}
+
+// What hangs on the keyframe, directly or as what a culled keyframe left to it, keeps its distance in the new
+// unit.
+void TrajectoryCollector::Rescale(const KeyFramePose& moved) {
+  const auto grow = [&](SE3& pose) { pose = SE3(pose.rotation(), moved.rescale * pose.translation()); };
+  for (auto& [sequence, frame] : frames_) {
+    if (frame.reference_keyframe == moved.id) grow(frame.keyframe_from_camera);
+  }
+  for (auto& [id, heir] : heirs_) {
+    if (heir.keyframe == moved.id) grow(heir.heir_from_removed);
+  }
 }
 
 std::optional<SE3> TrajectoryCollector::Locate(const FramePose& frame) const {

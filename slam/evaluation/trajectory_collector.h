@@ -29,6 +29,7 @@ class TrajectoryCollector : public MapDeltaSink {
     SE3 heir_from_removed;
   };
 
+  void Rescale(const KeyFramePose& moved) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   std::optional<SE3> Locate(const FramePose& frame) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   mutable absl::Mutex mutex_;

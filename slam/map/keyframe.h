@@ -28,6 +28,8 @@ struct KeyFrame {
   std::unordered_map<KeyFrameId, int, IdHash> covisible;
   // Spanning tree: the keyframe that shared most points at creation. None for the first.
   KeyFrameId parent;
+  // Keyframes of the same place, found by loop closing.
+  std::vector<KeyFrameId> loops;
 
   Eigen::Vector3d Center() const { return camera_from_map.Inverse().translation(); }
 };

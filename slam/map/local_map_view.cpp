@@ -10,13 +10,14 @@ namespace {
 constexpr size_t kKeyFramesWithFeatures = 6;
 constexpr size_t kExpandedNeighbours = 10;
 
-std::vector<KeyFrameId> CollectKeyFrames(const Map& map, const LocalMapViewLimits& limits) {
-  std::vector<KeyFrameId> chosen = {map.newest_keyframe()};
-  std::unordered_set<KeyFrameId, IdHash> seen = {map.newest_keyframe()};
+std::vector<KeyFrameId> CollectKeyFrames(const Map& map, KeyFrameId center,
+                                         const LocalMapViewLimits& limits) {
+  std::vector<KeyFrameId> chosen = {center};
+  std::unordered_set<KeyFrameId, IdHash> seen = {center};
   const auto add = [&](KeyFrameId id) {
     if (seen.insert(id).second) chosen.push_back(id);
   };
-  const auto neighbours = map.BestCovisible(map.newest_keyframe(), limits.neighbours);
+  const auto neighbours = map.BestCovisible(center, limits.neighbours);
   for (const CovisibleKeyFrame& neighbour : neighbours) add(neighbour.id);
   for (size_t i = 0; i < std::min(neighbours.size(), kExpandedNeighbours); ++i) {
     for (const CovisibleKeyFrame& second : map.BestCovisible(neighbours[i].id, limits.second_neighbours))
@@ -53,13 +54,13 @@ const ViewKeyFrame* LocalMapView::FindKeyFrame(KeyFrameId id) const {
   return found == keyframes.end() ? nullptr : &*found;
 }
 
-std::shared_ptr<const LocalMapView> MakeLocalMapView(const Map& map, uint64_t version,
+std::shared_ptr<const LocalMapView> MakeLocalMapView(const Map& map, KeyFrameId center, uint64_t version,
                                                      const LocalMapViewLimits& limits) {
-  if (map.keyframes().empty()) return nullptr;
+  if (map.FindKeyFrame(center) == nullptr) return nullptr;
   auto view = std::make_shared<LocalMapView>();
   view->version = version;
   view->map_keyframes = static_cast<int>(map.keyframes().size());
-  const std::vector<KeyFrameId> chosen = CollectKeyFrames(map, limits);
+  const std::vector<KeyFrameId> chosen = CollectKeyFrames(map, center, limits);
   for (const KeyFrameId id : chosen) {
     for (const MapPointId point_id : map.FindKeyFrame(id)->points) {
       if (!point_id.IsValid() || view->size() >= limits.max_points || view->IndexOf(point_id) >= 0) continue;

@@ -22,9 +22,9 @@ struct ViewKeyFrame {
   std::vector<int32_t> point_of_keypoint;
 };
 
-// The part of the map around its newest keyframe, copied out for the tracker: immutable once published, so it
-// is read without a lock while the mapper goes on. Points are kept as parallel arrays, because the tracker
-// sweeps all of them for every frame.
+// The part of the map around one keyframe (the newest, or where a lost camera was found), copied out for the
+// tracker: immutable once published, so it is read without a lock while the mapper goes on. Points are kept
+// as parallel arrays, because the tracker sweeps all of them for every frame.
 struct LocalMapView {
   uint64_t version = 0;
   // Count of keyframes in the whole map when the view was made.
@@ -39,7 +39,8 @@ struct LocalMapView {
   std::vector<uint32_t> observation_counts;
   std::unordered_map<MapPointId, int32_t, IdHash> index_of_id;
 
-  // Newest first; the first is the reference keyframe of tracking. Never empty.
+  // The keyframe around which the view was made comes first and is the reference of tracking; then the
+  // nearest by covisibility. Never empty.
   std::vector<ViewKeyFrame> keyframes;
 
   size_t size() const { return ids.size(); }
@@ -58,8 +59,8 @@ struct LocalMapViewLimits {
   size_t max_points = 20000;
 };
 
-// Copies the surroundings of the newest keyframe. nullptr for an empty map.
-std::shared_ptr<const LocalMapView> MakeLocalMapView(const Map& map, uint64_t version,
+// Copies the surroundings of keyframe `center`. nullptr when the map does not have it.
+std::shared_ptr<const LocalMapView> MakeLocalMapView(const Map& map, KeyFrameId center, uint64_t version,
                                                      const LocalMapViewLimits& limits);
 
 }  // namespace semmap

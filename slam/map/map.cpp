@@ -174,8 +174,10 @@ void Map::RemoveKeyFrame(KeyFrameId id) {
   for (const MapPointId point : seen) {
     if (point.IsValid()) RemoveObservation(point, id);
   }
+  for (const KeyFrameId other : removed.loops) std::erase(keyframe(other).loops, id);
   keyframes_.erase(found);
   moved_keyframes_.erase(id);
+  rescaled_keyframes_.erase(id);
   reobserved_keyframes_.erase(id);
   heirs_[id] = record;
   removal_order_.push_back(id);
@@ -190,6 +192,16 @@ void Map::RemoveKeyFrame(KeyFrameId id) {
 void Map::SetPose(KeyFrameId id, const SE3& camera_from_map) {
   keyframe(id).camera_from_map = camera_from_map;
   moved_keyframes_.insert(id);
+}
+
+void Map::NoteRescaled(KeyFrameId id, double factor) {
+  rescaled_keyframes_.try_emplace(id, 1.0).first->second *= factor;
+  moved_keyframes_.insert(id);
+}
+
+void Map::AddLoop(KeyFrameId first, KeyFrameId second) {
+  keyframe(first).loops.push_back(second);
+  keyframe(second).loops.push_back(first);
 }
 
 void Map::SetPosition(MapPointId id, const Eigen::Vector3d& position_in_map) {
@@ -282,6 +294,7 @@ void Map::Clear() {
   first_keyframe_ = KeyFrameId();
   added_keyframes_.clear();
   moved_keyframes_.clear();
+  rescaled_keyframes_.clear();
   reobserved_keyframes_.clear();
   changed_points_.clear();
   new_points_.clear();

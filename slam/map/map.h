@@ -57,7 +57,13 @@ class Map {
   // The parent of the keyframe inherits its frames and children. The first keyframe cannot be removed.
   void RemoveKeyFrame(KeyFrameId id);
   void SetPose(KeyFrameId id, const SE3& camera_from_map);
+  // The keyframe's surroundings were found to be `factor` times as large as they were taken to be: what hangs
+  // on it by a relative pose must grow with it. Noted for the delta only; poses and points are set by their
+  // own methods.
+  void NoteRescaled(KeyFrameId id, double factor);
   void SetPosition(MapPointId id, const Eigen::Vector3d& position_in_map);
+  // Says that two keyframes show one place, for later pose graphs. Forgotten when either is removed.
+  void AddLoop(KeyFrameId first, KeyFrameId second);
   void AddSightings(MapPointId id, uint32_t visible, uint32_t found);
   // Chooses the parent of a keyframe: the older neighbour that shares most points.
   void ChooseParent(KeyFrameId id);
@@ -70,8 +76,8 @@ class Map {
 
   // What changed since the last call, ready for the sink; `frames` and `version` are the caller's to fill.
   MapDelta TakeDelta();
-  // Where the frames of a removed keyframe went; nullopt when `id` was never removed, or so long ago that no frame
-  // in flight can refer to it.
+  // Where the frames of a removed keyframe went; nullopt when `id` was never removed, or so long ago that no
+  // frame in flight can refer to it.
   std::optional<RemovedKeyFrame> FindHeir(KeyFrameId id) const;
 
  private:
@@ -99,6 +105,7 @@ class Map {
   bool was_reset_ = false;
   IdSet<KeyFrameId> added_keyframes_;
   IdSet<KeyFrameId> moved_keyframes_;
+  std::unordered_map<KeyFrameId, double, IdHash> rescaled_keyframes_;
   IdSet<KeyFrameId> reobserved_keyframes_;
   IdSet<MapPointId> changed_points_;
   // Points the sink has heard of, among those removed since.

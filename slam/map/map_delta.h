@@ -32,6 +32,10 @@ struct KeyFramePose {
   KeyFrameId id;
   SE3 map_from_camera;
   KeyFrameId parent;
+  // Translations relative to this keyframe (of the frames that hang on it so far) grow by this factor:
+  // monocular loop closing changes the scale of what was seen from it. Applied before the frames of the same
+  // delta, which have the new scale already.
+  double rescale = 1.0;
 };
 
 // Which map point each keypoint of a keyframe sees; none where it sees none. As long as features->keypoints.

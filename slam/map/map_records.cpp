@@ -64,10 +64,13 @@ MapDelta Map::TakeDelta() {
     delta.added_keyframes.push_back(
         {id, added.sequence, added.timestamp, added.camera_from_map.Inverse(), added.parent, added.features});
     moved_keyframes_.erase(id);
+    rescaled_keyframes_.erase(id);
   }
   for (const KeyFrameId id : Sorted(moved_keyframes_)) {
     const KeyFrame& moved = keyframes_.at(id);
-    delta.moved_keyframes.push_back({id, moved.camera_from_map.Inverse(), moved.parent});
+    const auto rescaled = rescaled_keyframes_.find(id);
+    delta.moved_keyframes.push_back({id, moved.camera_from_map.Inverse(), moved.parent,
+                                     rescaled == rescaled_keyframes_.end() ? 1.0 : rescaled->second});
   }
   for (const MapPointId id : Sorted(changed_points_))
     delta.upserted_points.push_back(ToRecord(points_.at(id)));
@@ -78,6 +81,7 @@ MapDelta Map::TakeDelta() {
   std::swap(delta.removed_points, removed_points_);
   added_keyframes_.clear();
   moved_keyframes_.clear();
+  rescaled_keyframes_.clear();
   reobserved_keyframes_.clear();
   changed_points_.clear();
   new_points_.clear();

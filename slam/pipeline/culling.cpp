@@ -56,16 +56,17 @@ void CullYoungPoints(bool has_depth, std::vector<MapPointId>* young, Map* map) {
   });
 }
 
-int CullKeyFrames(const MappingConfig& config, double close_depth_m, KeyFrameId keyframe, Map* map) {
+std::vector<KeyFrameId> CullKeyFrames(const MappingConfig& config, double close_depth_m, KeyFrameId keyframe,
+                                      Map* map) {
   constexpr size_t kMaxChecked = 60;
-  int removed = 0;
+  std::vector<KeyFrameId> removed;
   for (const CovisibleKeyFrame& neighbour : map->BestCovisible(keyframe, kMaxChecked)) {
     const KeyFrame* candidate = map->FindKeyFrame(neighbour.id);
     // The first keyframe carries the map's frame; the newest ones are what the tracker stands on.
     if (!candidate->parent.IsValid() || neighbour.id == map->newest_keyframe()) continue;
     if (!IsKeyFrameRedundant(*candidate, config.cull_redundancy, close_depth_m, *map)) continue;
     map->RemoveKeyFrame(neighbour.id);
-    ++removed;
+    removed.push_back(neighbour.id);
   }
   return removed;
 }

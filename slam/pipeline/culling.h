@@ -13,8 +13,9 @@ namespace semmap {
 void CullYoungPoints(bool has_depth, std::vector<MapPointId>* young, Map* map);
 
 // Removes keyframes around `keyframe` of whose points nearly all are seen by three others at the same or a
-// finer scale (section VI-E). Depth farther than `close_depth_m` does not count (0: no limit). Returns how
-// many were removed.
-int CullKeyFrames(const MappingConfig& config, double close_depth_m, KeyFrameId keyframe, Map* map);
+// finer scale (section VI-E). Depth farther than `close_depth_m` does not count (0: no limit). Returns those
+// that were removed.
+std::vector<KeyFrameId> CullKeyFrames(const MappingConfig& config, double close_depth_m, KeyFrameId keyframe,
+                                      Map* map);
 
 }  // namespace semmap

@@ -36,11 +36,14 @@ LocalMapper::LocalMapper(const SlamConfig& config, MappingCamera camera, ScalePy
       map_(std::move(scale_info)),
       publish_(std::move(publish)) {}
 
-void LocalMapper::AddKeyFrame(const KeyFrameCandidate& candidate, const std::atomic<bool>* stop) {
+std::vector<KeyFrameId> LocalMapper::AddKeyFrame(const KeyFrameCandidate& candidate,
+                                                 const std::atomic<bool>* stop) {
   Insert(candidate);
+  focus_ = KeyFrameId();
   if (camera_.HasDepth()) {
     // The first keyframe has nothing but its depth: all of it is used.
-    const double close_depth = map_.keyframes().size() == 1 ? std::numeric_limits<double>::max() : CloseDepth();
+    const double close_depth =
+        map_.keyframes().size() == 1 ? std::numeric_limits<double>::max() : CloseDepth();
     const auto created = CreatePointsFromDepth(camera_, close_depth, candidate.id, &map_);
     young_points_.insert(young_points_.end(), created.begin(), created.end());
   }
@@ -50,8 +53,9 @@ void LocalMapper::AddKeyFrame(const KeyFrameCandidate& candidate, const std::ato
   PublishView();
   Fuse(candidate.id);
   if (map_.keyframes().size() > 2) AdjustLocalMap(config_.mapping, camera_.model, candidate.id, stop, &map_);
-  CullKeyFrames(config_.mapping, camera_.HasDepth() ? CloseDepth() : 0.0, candidate.id, &map_);
+  auto culled = CullKeyFrames(config_.mapping, camera_.HasDepth() ? CloseDepth() : 0.0, candidate.id, &map_);
   PublishView();
+  return culled;
 }
 
 void LocalMapper::Insert(const KeyFrameCandidate& candidate) {
@@ -97,6 +101,7 @@ void LocalMapper::AddInitialPair(const InitialPair& pair) {
 void LocalMapper::Reset() {
   map_.Clear();
   young_points_.clear();
+  focus_ = KeyFrameId();
   publish_(nullptr);
 }
 
@@ -127,6 +132,14 @@ void LocalMapper::Fuse(KeyFrameId id) {
   FuseWithNeighbours(camera_, id, targets, &map_);
 }
 
-void LocalMapper::PublishView() { publish_(MakeLocalMapView(map_, ++version_, LocalMapViewLimits())); }
+void LocalMapper::FocusOn(KeyFrameId id) {
+  focus_ = id;
+  PublishView();
+}
+
+void LocalMapper::PublishView() {
+  const KeyFrameId center = map_.FindKeyFrame(focus_) != nullptr ? focus_ : map_.newest_keyframe();
+  publish_(MakeLocalMapView(map_, center, ++version_, LocalMapViewLimits()));
+}
 
 }  // namespace semmap

@@ -23,12 +23,19 @@ class LocalMapper {
   LocalMapper(const SlamConfig& config, MappingCamera camera, ScalePyramidInfo scale_info, Publish publish);
 
   // `stop` becomes true when the next keyframe waits: what can be left out then is.
-  void AddKeyFrame(const KeyFrameCandidate& candidate, const std::atomic<bool>* stop);
+  // Returns the keyframes that it made superfluous and removed.
+  std::vector<KeyFrameId> AddKeyFrame(const KeyFrameCandidate& candidate, const std::atomic<bool>* stop);
   void AddInitialPair(const InitialPair& pair);
   // Forgets the map.
   void Reset();
 
+  // Publishes a view around this keyframe, and stays there until the next one comes.
+  void FocusOn(KeyFrameId id);
+  void PublishView();
+
   const Map& map() const { return map_; }
+  // For steps of the map's owner that are not local; PublishView makes them known.
+  Map& mutable_map() { return map_; }
   // Changes since the last call.
   MapDelta TakeDelta() { return map_.TakeDelta(); }
 
@@ -36,7 +43,6 @@ class LocalMapper {
   void Insert(const KeyFrameCandidate& candidate);
   void CreatePoints(KeyFrameId id);
   void Fuse(KeyFrameId id);
-  void PublishView();
   std::vector<KeyFrameId> Neighbours(KeyFrameId id, int limit) const;
   double CloseDepth() const { return config_.tracking.close_depth_in_baselines * camera_.rig.baseline_m; }
 
@@ -45,6 +51,8 @@ class LocalMapper {
   Map map_;
   Publish publish_;
   uint64_t version_ = 0;
+  // Around which keyframe views are made; none: the newest.
+  KeyFrameId focus_;
   std::vector<MapPointId> young_points_;
 };
 

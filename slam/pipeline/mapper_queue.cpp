@@ -1,23 +1,40 @@
 #include "slam/pipeline/mapper_queue.h"
 
 #include <limits>
+#include <unordered_map>
+
+#include <spdlog/spdlog.h>
 
 #include "slam/pipeline/stopwatch.h"
 
 namespace semmap {
 namespace {
 
-uint64_t LastSequence(const KeyFrameCandidate& candidate) { return candidate.sequence; }
-uint64_t LastSequence(const InitialPair& pair) { return pair.second.sequence; }
+// Frames that wait for their keyframe keep their distance to it in its new unit.
+void Rescale(const std::vector<KeyFramePose>& moved, std::deque<FramePose>* frames) {
+  std::unordered_map<KeyFrameId, double, IdHash> factors;
+  for (const KeyFramePose& keyframe : moved) {
+    if (keyframe.rescale != 1) factors.emplace(keyframe.id, keyframe.rescale);
+  }
+  if (factors.empty()) return;
+  for (FramePose& frame : *frames) {
+    const auto factor = factors.find(frame.reference_keyframe);
+    if (factor == factors.end()) continue;
+    const SE3& pose = frame.keyframe_from_camera;
+    frame.keyframe_from_camera = SE3(pose.rotation(), factor->second * pose.translation());
+  }
+}
 
 }  // namespace
 
-MapperQueue::MapperQueue(const SlamConfig& config, MappingCamera camera, ScalePyramidInfo scale_info,
+MapperQueue::MapperQueue(const SlamConfig& config, const MappingCamera& camera,
+                         const ScalePyramidInfo& scale_info, std::shared_ptr<const Vocabulary> vocabulary,
                          MapDeltaSink* sink, Executor* executor)
-    : sink_(sink),
+    : loop_config_(config.loop),
+      sink_(sink),
       executor_(executor),
       capacity_(static_cast<size_t>(config.mapping.queue)),
-      mapper_(config, std::move(camera), std::move(scale_info),
+      mapper_(config, camera, scale_info, std::move(vocabulary),
               [this](std::shared_ptr<const LocalMapView> view) {
                 absl::MutexLock lock(&mutex_);
                 view_ = std::move(view);
@@ -25,15 +42,18 @@ MapperQueue::MapperQueue(const SlamConfig& config, MappingCamera camera, ScalePy
 
 MapperQueue::~MapperQueue() {
   absl::MutexLock lock(&mutex_);
+  closing_ = true;
   steps_.clear();
   hurry_ = true;
-  const auto stopped = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !running_; };
+  if (adjustment_) adjustment_->stop = true;
+  const auto stopped = [this]()
+                           ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !running_ && adjusting_ == 0; };
   mutex_.Await(absl::Condition(&stopped));
 }
 
 MapperState MapperQueue::State() const {
   absl::MutexLock lock(&mutex_);
-  return {view_, Backlog() == 0, steps_.size() < capacity_};
+  return {view_, Backlog() == 0, steps_.size() < capacity_, recovering_, recovery_};
 }
 
 void MapperQueue::Push(TrackOutput* output) {
@@ -49,6 +69,13 @@ void MapperQueue::Push(TrackOutput* output) {
   if (output->reset_map) Enqueue(ResetStep());
   if (output->initial_pair) Enqueue(std::move(*output->initial_pair));
   if (output->keyframe) Enqueue(std::move(*output->keyframe));
+  if (output->lost_frame) {
+    {
+      absl::MutexLock lock(&mutex_);
+      recovering_ = true;
+    }
+    Enqueue(RecoverStep{std::move(*output->lost_frame)});
+  }
 }
 
 void MapperQueue::Enqueue(Step step) {
@@ -57,6 +84,7 @@ void MapperQueue::Enqueue(Step step) {
     return;
   }
   absl::MutexLock lock(&mutex_);
+  if (closing_) return;
   steps_.push_back(std::move(step));
   hurry_ = true;
   if (running_) return;
@@ -83,27 +111,103 @@ void MapperQueue::Drain() {
 
 void MapperQueue::Run(const Step& step) {
   Stopwatch stopwatch;
-  uint64_t up_to_sequence = 0;
-  if (const auto* candidate = std::get_if<KeyFrameCandidate>(&step)) {
-    mapper_.AddKeyFrame(*candidate, &hurry_);
-    up_to_sequence = LastSequence(*candidate);
-  } else if (const auto* pair = std::get_if<InitialPair>(&step)) {
-    mapper_.AddInitialPair(*pair);
-    up_to_sequence = LastSequence(*pair);
-  } else {
-    mapper_.Reset();
-    absl::MutexLock lock(&mutex_);
-    frames_.clear();
-  }
-  Deliver(up_to_sequence);
+  std::visit([this](const auto& content) { Run(content); }, step);
   absl::MutexLock lock(&mutex_);
   counts_.keyframes = static_cast<int>(mapper_.map().keyframes().size());
   counts_.points = static_cast<int>(mapper_.map().points().size());
   counts_.map_ms += stopwatch.LapMs();
 }
 
+void MapperQueue::Run(const KeyFrameCandidate& candidate) {
+  mapper_.AddKeyFrame(candidate, &hurry_);
+  Deliver(candidate.sequence);
+  CloseLoop();
+}
+
+void MapperQueue::Run(const InitialPair& pair) {
+  mapper_.AddInitialPair(pair);
+  Deliver(pair.second.sequence);
+}
+
+void MapperQueue::Run(const ResetStep& /*reset*/) {
+  mapper_.Reset();
+  {
+    absl::MutexLock lock(&mutex_);
+    frames_.clear();
+  }
+  Deliver(0);
+}
+
+void MapperQueue::Run(const RecoverStep& lost) {
+  SessionMapper::RecoveryReport report = mapper_.Recover(lost.frame);
+  absl::MutexLock lock(&mutex_);
+  recovering_ = false;
+  counts_.last_failure = report.failure;
+  if (report.recovery == nullptr) {
+    ++counts_.failed_recoveries;
+    return;
+  }
+  ++counts_.recoveries;
+  recovery_ = std::move(report.recovery);
+  // The vehicle was told that this frame is lost, but the trajectory need not have the gap.
+  if (!frames_.empty() && frames_.back().sequence >= lost.frame.sequence) return;
+  const KeyFrame& reference = *mapper_.map().FindKeyFrame(recovery_->reference);
+  frames_.push_back({lost.frame.sequence, lost.frame.timestamp, reference.id,
+                     reference.camera_from_map * recovery_->frame.camera_from_map.Inverse()});
+}
+
+// A delta of its own: what was removed before was removed in the old units.
+void MapperQueue::CloseLoop() {
+  const auto closed = mapper_.CloseLoop();
+  if (!closed) return;
+  spdlog::info(
+      "loop closed: keyframe {} is at {}, {} and {} inliers, moved {:.2f}, scale {:.4f}, {} points fused",
+      closed->loop.current.value(), closed->loop.old.value(), closed->loop.inliers,
+      closed->loop.reverse_inliers, closed->correction.shift, closed->correction.scale,
+      closed->correction.fused_points);
+  Deliver(0);
+  {
+    absl::MutexLock lock(&mutex_);
+    ++counts_.loops;
+  }
+  if (loop_config_.full_adjustment) StartFullAdjustment();
+}
+
+void MapperQueue::StartFullAdjustment() {
+  auto adjustment = std::make_shared<FullAdjustment>();
+  adjustment->bundle = mapper_.PrepareFullBundle();
+  if (executor_ == nullptr) {
+    adjustment->bundle->Solve(nullptr);
+    Run(ApplyStep{std::move(adjustment)});
+    return;
+  }
+  absl::MutexLock lock(&mutex_);
+  if (adjustment_) adjustment_->stop = true;
+  adjustment_ = adjustment;
+  ++adjusting_;
+  executor_->ScheduleLong([this, adjustment] {
+    adjustment->bundle->Solve(&adjustment->stop);
+    if (!adjustment->stop) Enqueue(ApplyStep{adjustment});
+    absl::MutexLock finished(&mutex_);
+    --adjusting_;
+  });
+}
+
+void MapperQueue::Run(const ApplyStep& apply) {
+  // A newer loop may have come after it was solved.
+  if (apply.adjustment->stop) return;
+  mapper_.Apply(*apply.adjustment->bundle);
+  Deliver(0);
+  absl::MutexLock lock(&mutex_);
+  if (adjustment_ == apply.adjustment) adjustment_.reset();
+}
+
 void MapperQueue::Deliver(uint64_t up_to_sequence) {
   MapDelta delta = mapper_.TakeDelta();
+  {
+    absl::MutexLock lock(&mutex_);
+    Rescale(delta.moved_keyframes, &frames_);
+  }
   delta.frames = TakeFrames(up_to_sequence);
   if (delta.empty()) return;
   delta.version = ++delta_version_;
@@ -132,7 +236,9 @@ bool MapperQueue::Resolve(FramePose* frame) const {
 
 void MapperQueue::WaitForBacklog(size_t backlog) {
   absl::MutexLock lock(&mutex_);
-  const auto done = [this, backlog]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return Backlog() <= backlog; };
+  const auto done = [this, backlog]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return Backlog() <= backlog && (backlog > 0 || adjusting_ == 0);
+  };
   mutex_.Await(absl::Condition(&done));
 }
 

@@ -2,20 +2,10 @@
 
 #include <vector>
 
-#include "slam/geometry/camera.h"
 #include "slam/map/map.h"
-#include "slam/optimize/observation.h"
+#include "slam/pipeline/mapping_camera.h"
 
 namespace semmap {
-
-// What the mapper's parts need to know of the camera.
-struct MappingCamera {
-  CameraRig rig;
-  ImageBounds bounds;
-  ProjectionModel model;
-
-  bool HasDepth() const { return rig.sensor != SensorType::kMono; }
-};
 
 // Makes a point of every keypoint of the keyframe that has depth, sees no point yet and is close (or among
 // the hundred nearest). Returns the new points.

@@ -9,7 +9,6 @@
 namespace semmap {
 namespace {
 
-constexpr float kFusionRadius = 3;
 constexpr double kMinViewingCosine = 0.5;
 
 bool SeenBy(const MapPoint& point, KeyFrameId keyframe) {
@@ -43,34 +42,37 @@ std::optional<Projection> Project(const MappingCamera& camera, const Map& map, c
                     PredictOctave(point.max_distance, distance, map.scale_info())};
 }
 
-bool WithinError(const Keypoint& keypoint, const Projection& projection, float inverse_sigma2) {
+bool WithinError(const Keypoint& keypoint, const Projection& projection, float weight) {
   const float dx = keypoint.x - projection.x;
   const float dy = keypoint.y - projection.y;
   float squared = dx * dx + dy * dy;
-  if (keypoint.right_x < 0) return squared * inverse_sigma2 <= static_cast<float>(kChi2Mono);
+  if (keypoint.right_x < 0) return squared * weight <= static_cast<float>(kChi2Mono);
   const float dr = keypoint.right_x - projection.right_x;
   squared += dr * dr;
-  return squared * inverse_sigma2 <= static_cast<float>(kChi2Stereo);
+  return squared * weight <= static_cast<float>(kChi2Stereo);
 }
 
 int FindKeypoint(const Map& map, const KeyFrame& keyframe, const Projection& projection,
-                 const MapPoint& point) {
+                 const FusionTolerance& tolerance, const MapPoint& point) {
   const WindowQuery query{projection.x,
                           projection.y,
-                          kFusionRadius * map.scale_info().scales[projection.octave],
+                          tolerance.radius * map.scale_info().scales[projection.octave],
                           projection.octave - 1,
                           projection.octave + 1,
                           -1,
                           &point.descriptor};
+  const float inverse_error_factor2 = 1 / (tolerance.error_factor * tolerance.error_factor);
   const WindowMatch match = FindInWindow({*keyframe.features, *keyframe.grid}, query, [&](int index) {
     const Keypoint& keypoint = keyframe.features->keypoints[index];
-    return WithinError(keypoint, projection, map.scale_info().inverse_sigma2[keypoint.octave]);
+    return WithinError(keypoint, projection,
+                       inverse_error_factor2 * map.scale_info().inverse_sigma2[keypoint.octave]);
   });
   return match.distance <= kStrictDistance ? match.keypoint : -1;
 }
 
-// Joins the point with what the keypoint sees now.
-bool Join(MapPointId point_id, KeyFrameId keyframe_id, int keypoint, Map* map) {
+}  // namespace
+
+bool JoinPoint(MapPointId point_id, KeyFrameId keyframe_id, int keypoint, Map* map) {
   const MapPointId seen_id = map->FindKeyFrame(keyframe_id)->points[keypoint];
   if (!seen_id.IsValid()) {
     if (!map->AddObservation(point_id, keyframe_id, static_cast<uint32_t>(keypoint))) return false;
@@ -84,18 +86,19 @@ bool Join(MapPointId point_id, KeyFrameId keyframe_id, int keypoint, Map* map) {
   return true;
 }
 
-std::vector<MapPointId> PointsOf(const Map& map, KeyFrameId id) {
+std::vector<MapPointId> PointsSeenBy(const Map& map, const std::vector<KeyFrameId>& keyframes) {
   std::vector<MapPointId> points;
-  for (const MapPointId point : map.FindKeyFrame(id)->points) {
-    if (point.IsValid()) points.push_back(point);
+  std::unordered_set<MapPointId, IdHash> known;
+  for (const KeyFrameId keyframe : keyframes) {
+    for (const MapPointId point : map.FindKeyFrame(keyframe)->points) {
+      if (point.IsValid() && known.insert(point).second) points.push_back(point);
+    }
   }
   return points;
 }
 
-}  // namespace
-
 int FusePoints(const MappingCamera& camera, const std::vector<MapPointId>& points, KeyFrameId keyframe_id,
-               Map* map) {
+               const FusionTolerance& tolerance, Map* map) {
   const KeyFrame& keyframe = *map->FindKeyFrame(keyframe_id);
   const Eigen::Vector3d center = keyframe.Center();
   int fused = 0;
@@ -104,8 +107,8 @@ int FusePoints(const MappingCamera& camera, const std::vector<MapPointId>& point
     if (point == nullptr || SeenBy(*point, keyframe_id)) continue;
     const auto projection = Project(camera, *map, keyframe, center, *point);
     if (!projection) continue;
-    const int keypoint = FindKeypoint(*map, keyframe, *projection, *point);
-    if (keypoint >= 0 && Join(id, keyframe_id, keypoint, map)) ++fused;
+    const int keypoint = FindKeypoint(*map, keyframe, *projection, tolerance, *point);
+    if (keypoint >= 0 && JoinPoint(id, keyframe_id, keypoint, map)) ++fused;
   }
   return fused;
 }
@@ -114,15 +117,8 @@ int FuseWithNeighbours(const MappingCamera& camera, KeyFrameId keyframe,
                        const std::vector<KeyFrameId>& neighbours, Map* map) {
   int fused = 0;
   for (const KeyFrameId neighbour : neighbours)
-    fused += FusePoints(camera, PointsOf(*map, keyframe), neighbour, map);
-  std::vector<MapPointId> theirs;
-  std::unordered_set<MapPointId, IdHash> seen;
-  for (const KeyFrameId neighbour : neighbours) {
-    for (const MapPointId point : PointsOf(*map, neighbour)) {
-      if (seen.insert(point).second) theirs.push_back(point);
-    }
-  }
-  return fused + FusePoints(camera, theirs, keyframe, map);
+    fused += FusePoints(camera, PointsSeenBy(*map, {keyframe}), neighbour, FusionTolerance(), map);
+  return fused + FusePoints(camera, PointsSeenBy(*map, neighbours), keyframe, FusionTolerance(), map);
 }
 
 }  // namespace semmap

@@ -12,10 +12,12 @@ namespace {
 
 class SlamSession : public Session {
  public:
-  SlamSession(const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink, Executor* executor)
+  SlamSession(const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink, Executor* executor,
+              std::shared_ptr<const Vocabulary> vocabulary)
       : tracker_(config, rig),
         queue_(config, {tracker_.builder().rig(), tracker_.builder().bounds(), tracker_.builder().model()},
-               tracker_.builder().scale_info(), sink, config.deterministic ? nullptr : executor) {}
+               tracker_.builder().scale_info(), std::move(vocabulary), sink,
+               config.deterministic ? nullptr : executor) {}
 
   absl::StatusOr<FrameResult> Track(const FrameInput& frame) override {
     SEMMAP_RETURN_IF_ERROR(CheckOrder(frame));
@@ -39,7 +41,9 @@ class SlamSession : public Session {
 
   SessionStats Stats() const override {
     const MapperQueue::Counts counts = queue_.counts();
-    return {counts.keyframes, counts.points, frames_, tracked_frames_, counts.map_ms};
+    return {counts.keyframes,   counts.points, frames_,           tracked_frames_,
+            counts.map_ms,      counts.loops,  counts.recoveries, counts.failed_recoveries,
+            counts.last_failure};
   }
 
  private:
@@ -67,12 +71,13 @@ class SlamSession : public Session {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Session>> Session::Create(const SlamConfig& config, const CameraRig& rig,
-                                                         MapDeltaSink* sink, Executor* executor) {
+                                                         MapDeltaSink* sink, Executor* executor,
+                                                         std::shared_ptr<const Vocabulary> vocabulary) {
   SEMMAP_RETURN_IF_ERROR(ValidateRig(rig));
   if (sink == nullptr || (executor == nullptr && !config.deterministic)) {
     return absl::InvalidArgumentError("a session needs a sink, and an executor unless it is deterministic");
   }
-  return std::make_unique<SlamSession>(config, rig, sink, executor);
+  return std::make_unique<SlamSession>(config, rig, sink, executor, std::move(vocabulary));
 }
 
 }  // namespace semmap

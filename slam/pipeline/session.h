@@ -10,6 +10,8 @@
 #include "slam/pipeline/executor.h"
 #include "slam/pipeline/frame.h"
 #include "slam/pipeline/slam_config.h"
+#include "slam/pipeline/view_localizer.h"
+#include "slam/place/vocabulary.h"
 
 namespace semmap {
 
@@ -20,6 +22,11 @@ struct SessionStats {
   uint64_t frames = 0;
   uint64_t tracked_frames = 0;
   double map_ms = 0;  // wall time spent in the mapper so far
+  int loops = 0;      // closed
+  // Lost frames that were found in the map, and that were not; and why the last one was not.
+  int recoveries = 0;
+  int failed_recoveries = 0;
+  LocalizationFailure last_recovery_failure = LocalizationFailure::kNone;
 };
 
 // One vehicle's drive: joins tracker and mapper. Track is called from one thread at a time (any thread); the
@@ -29,9 +36,11 @@ struct SessionStats {
 class Session {
  public:
   // INVALID_ARGUMENT when the rig or the configuration is not usable. `sink` and `executor` must outlive the
-  // session.
-  static absl::StatusOr<std::unique_ptr<Session>> Create(const SlamConfig& config, const CameraRig& rig,
-                                                         MapDeltaSink* sink, Executor* executor);
+  // session. Without a vocabulary the session finds neither loops nor, once lost, its way back into parts of
+  // the map that are not near.
+  static absl::StatusOr<std::unique_ptr<Session>> Create(
+      const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink, Executor* executor,
+      std::shared_ptr<const Vocabulary> vocabulary = nullptr);
   virtual ~Session() = default;
 
   virtual absl::StatusOr<FrameResult> Track(const FrameInput& frame) = 0;

@@ -29,11 +29,34 @@ void MappingConfig::Read(ConfigReader& reader) {
   reader.Number("bundle_iterations_refined", &bundle_iterations_refined, 0, 100);
 }
 
+void RelocalizationConfig::Read(ConfigReader& reader) {
+  reader.Number("candidates", &candidates, 1, 1000);
+  reader.Number("exhaustive_candidates", &exhaustive_candidates, 0, 1000);
+  reader.Number("min_inliers", &min_inliers, 10, 10000);
+}
+
+void LoopConfig::Read(ConfigReader& reader) {
+  reader.Flag("enabled", &enabled);
+  reader.Number("candidates", &candidates, 1, 1000);
+  reader.Number("min_score_share", &min_score_share, 0.0, 1.0);
+  reader.Number("consistency", &consistency, 1, 100);
+  reader.Number("min_inliers", &min_inliers, 10, 10000);
+  reader.Number("min_reverse_inliers", &min_reverse_inliers, 10, 10000);
+  reader.Number("min_interval", &min_interval, 0, 10000);
+  reader.Number("pose_graph_min_shared", &pose_graph_min_shared, 1, 100000);
+  reader.Number("pose_graph_iterations", &pose_graph_iterations, 1, 1000);
+  reader.Flag("full_adjustment", &full_adjustment);
+  reader.Number("full_iterations", &full_iterations, 1, 1000);
+}
+
 void SlamConfig::Read(ConfigReader& reader) {
   reader.Section("orb", &orb);
   reader.Section("stereo", &stereo);
   reader.Section("tracking", &tracking);
   reader.Section("mapping", &mapping);
+  reader.Section("place", &place);
+  reader.Section("relocalization", &relocalization);
+  reader.Section("loop", &loop);
   reader.Flag("deterministic", &deterministic);
   reader.Number("seed", &seed, 0, INT64_C(4294967295));
 }

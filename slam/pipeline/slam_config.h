@@ -6,6 +6,7 @@
 #include "slam/common/fwd.h"
 #include "slam/features/orb_extractor.h"
 #include "slam/features/stereo_matcher.h"
+#include "slam/place/place_config.h"
 
 namespace semmap {
 
@@ -19,8 +20,8 @@ struct TrackingConfig {
   // weakens.
   double max_keyframe_interval_s = 1.0;
   double min_keyframe_interval_s = 0.0;
-  // Tracking is weak below this share of the reference keyframe's points: one eye (points seen twice), and with depth
-  // (all its points, of which many were only ever seen by it).
+  // Tracking is weak below this share of the reference keyframe's points: one eye (points seen twice), and
+  // with depth (all its points, of which many were only ever seen by it).
   double keyframe_ratio = 0.6;
   double keyframe_ratio_depth = 0.5;
 
@@ -44,12 +45,49 @@ struct MappingConfig {
   void Read(ConfigReader& reader);
 };
 
+struct RelocalizationConfig {
+  // Keyframes tried, those that look most alike first; and how many of them once more with all descriptors
+  // instead of those of equal vocabulary nodes.
+  int candidates = 10;
+  int exhaustive_candidates = 3;
+  // Points that must agree with the pose.
+  int min_inliers = 50;
+
+  void Read(ConfigReader& reader);
+};
+
+struct LoopConfig {
+  bool enabled = true;
+  // Keyframes tried, those that look most alike first. They must reach this share of the similarity that the
+  // keyframe has with the least similar of its neighbours.
+  int candidates = 10;
+  double min_score_share = 1.0;
+  // How many keyframes in a row must resemble one group.
+  int consistency = 3;
+  // Points that must agree, of the new image in the old surroundings and the other way round.
+  int min_inliers = 50;
+  int min_reverse_inliers = 40;
+  // Keyframes between two loops.
+  int min_interval = 10;
+  // Keyframes that share so many points are tied in the pose graph besides the spanning tree.
+  int pose_graph_min_shared = 100;
+  int pose_graph_iterations = 30;
+  // Bundle adjustment of the whole map afterwards, in the background.
+  bool full_adjustment = true;
+  int full_iterations = 10;
+
+  void Read(ConfigReader& reader);
+};
+
 // Everything of a session that can be configured, with defaults. YAML keys are the member names.
 struct SlamConfig {
   OrbConfig orb;
   StereoConfig stereo;
   TrackingConfig tracking;
   MappingConfig mapping;
+  PlaceConfig place;
+  RelocalizationConfig relocalization;
+  LoopConfig loop;
   // Everything of a session runs in the thread that brings the frames: same input, same bytes.
   bool deterministic = false;
   int64_t seed = 1;

@@ -9,22 +9,23 @@
 namespace semmap {
 namespace {
 
-class ThreadPool : public Executor {
+// Threads that work off one queue.
+class Workers {
  public:
-  explicit ThreadPool(int threads) {
+  explicit Workers(int threads) {
     for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { Work(); });
   }
-  ~ThreadPool() override {
+  ~Workers() {
     {
       absl::MutexLock lock(&mutex_);
       closing_ = true;
     }
     for (std::thread& thread : threads_) thread.join();
   }
-  ThreadPool(const ThreadPool&) = delete;
-  ThreadPool& operator=(const ThreadPool&) = delete;
+  Workers(const Workers&) = delete;
+  Workers& operator=(const Workers&) = delete;
 
-  void Schedule(std::function<void()> task) override {
+  void Add(std::function<void()> task) {
     absl::MutexLock lock(&mutex_);
     tasks_.push_back(std::move(task));
   }
@@ -37,7 +38,7 @@ class ThreadPool : public Executor {
       std::function<void()> task;
       {
         absl::MutexLock lock(&mutex_);
-        mutex_.Await(absl::Condition(this, &ThreadPool::HasWork));
+        mutex_.Await(absl::Condition(this, &Workers::HasWork));
         if (tasks_.empty()) return;
         task = std::move(tasks_.front());
         tasks_.pop_front();
@@ -50,6 +51,19 @@ class ThreadPool : public Executor {
   std::deque<std::function<void()>> tasks_ ABSL_GUARDED_BY(mutex_);
   bool closing_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
+};
+
+class ThreadPool : public Executor {
+ public:
+  explicit ThreadPool(int threads) : short_(threads), long_(1) {}
+
+  void Schedule(std::function<void()> task) override { short_.Add(std::move(task)); }
+  void ScheduleLong(std::function<void()> task) override { long_.Add(std::move(task)); }
+
+ private:
+  // Long tasks may schedule short ones to their last, therefore these workers outlive those.
+  Workers short_;
+  Workers long_;
 };
 
 }  // namespace

@@ -11,7 +11,8 @@ namespace {
 // A map this young is thrown away when the track is lost: starting over costs less than a bad start.
 constexpr int kDisposableKeyFrames = 5;
 constexpr int kMinInitialDepthPoints = 100;
-// Established: seen by two keyframes, as every triangulated point is once; what one of them lost again does not count.
+// Established: seen by two keyframes, as every triangulated point is once; what one of them lost again does
+// not count.
 constexpr uint32_t kEstablishedViews = 2;
 
 KeyFrameCandidate ToCandidate(KeyFrameId id, const TrackedFrame& frame) {
@@ -45,6 +46,7 @@ TrackOutput Tracker::Track(const FrameInput& input, const MapperState& mapper) {
   output.result.timestamp = input.timestamp;
   TrackedFrame frame = builder_.Build(input, &times_);
   AdoptView(mapper.view);
+  AdoptRecovery(mapper.recovery.get());
   if (view_ == nullptr) {
     Initialize(std::move(frame), &output);
   } else {
@@ -86,6 +88,22 @@ void Tracker::RefreshLastPose() {
   } else if (const ViewKeyFrame* reference = view_->FindKeyFrame(last_reference_); reference != nullptr) {
     last_->camera_from_map = last_camera_from_reference_ * reference->camera_from_map;
   }
+}
+
+// The next frame is tracked from the one that was found, as if it had never been lost.
+void Tracker::AdoptRecovery(const Recovery* recovery) {
+  if (state_ != TrackingState::kLost || recovery == nullptr || view_ == nullptr ||
+      recovery->frame.sequence <= recovered_sequence_) {
+    return;
+  }
+  recovered_sequence_ = recovery->frame.sequence;
+  last_ = recovery->frame;
+  last_points_ = recovery->points;
+  last_keyframe_ = KeyFrameId();
+  last_reference_ = view_->reference().id;
+  last_camera_from_reference_ = last_->camera_from_map * view_->reference().camera_from_map.Inverse();
+  velocity_.reset();
+  state_ = TrackingState::kTracking;
 }
 
 // --- no map yet
@@ -184,7 +202,11 @@ void Tracker::HandleLoss(const TrackedFrame& frame, const MapperState& mapper, T
   state_ = TrackingState::kLost;
   velocity_.reset();
   output->result.inliers = 0;
-  if (view_->map_keyframes > kDisposableKeyFrames || !mapper.idle) return;
+  if (view_->map_keyframes > kDisposableKeyFrames) {
+    if (!mapper.recovering) output->lost_frame = frame;
+    return;
+  }
+  if (!mapper.idle) return;
   output->reset_map = true;
   state_ = TrackingState::kInitializing;
   view_.reset();

@@ -12,6 +12,7 @@
 #include "slam/pipeline/keyframe_policy.h"
 #include "slam/pipeline/local_map_matcher.h"
 #include "slam/pipeline/monocular_initializer.h"
+#include "slam/pipeline/recovery.h"
 
 namespace semmap {
 
@@ -21,16 +22,20 @@ struct MapperState {
   std::shared_ptr<const LocalMapView> view;
   bool idle = true;
   bool accepts_keyframe = true;
+  // A lost frame is being looked for in the whole map; and the last one that was found.
+  bool recovering = false;
+  std::shared_ptr<const Recovery> recovery;
 };
 
 struct TrackOutput {
   FrameResult result;
   // Of a tracked frame.
   std::optional<FramePose> frame_pose;
-  // At most one of these three.
+  // At most one of these four.
   std::optional<KeyFrameCandidate> keyframe;
   std::optional<InitialPair> initial_pair;  // monocular: the map begins
   bool reset_map = false;                   // lost before the map was worth keeping
+  std::optional<TrackedFrame> lost_frame;   // to be looked for in the whole map
 };
 
 // Finds the camera of each frame in the local map and decides which frames to keep. Reads the map through
@@ -56,6 +61,7 @@ class Tracker {
   void AdoptView(std::shared_ptr<const LocalMapView> view);
   void ReportSightings(const LocalMapView& old_view);
   void RefreshLastPose();
+  void AdoptRecovery(const Recovery* recovery);
 
   void Initialize(TrackedFrame frame, TrackOutput* output);
   void InitializeWithDepth(TrackedFrame frame, TrackOutput* output);
@@ -103,6 +109,8 @@ class Tracker {
   TimestampNs last_keyframe_time_ = 0;
   uint64_t next_keyframe_id_ = 1;
   bool relocalizing_ = false;
+  // Frame of the last recovery that was taken up.
+  uint64_t recovered_sequence_ = 0;
 
   // Matches of the current frame: points of the view, and anchors without one.
   ViewMatches matches_;

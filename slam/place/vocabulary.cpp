@@ -100,6 +100,10 @@ PlaceDescription Vocabulary::Describe(std::span<const Descriptor> descriptors) c
   return {Weigh(std::move(words)), GroupByNode(nodes)};
 }
 
+absl::StatusOr<std::shared_ptr<const Vocabulary>> LoadVocabulary(const PlaceConfig& config) {
+  return Vocabulary::Load(config.vocabulary.empty() ? DefaultVocabularyPath() : config.vocabulary);
+}
+
 std::string DefaultVocabularyPath() { return DataFilePath("models/vocabulary/street.vocabulary"); }
 
 }  // namespace semmap

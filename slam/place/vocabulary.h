@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "slam/common/mapped_file.h"
 #include "slam/features/descriptor.h"
+#include "slam/place/place_config.h"
 #include "slam/place/place_description.h"
 #include "slam/place/vocabulary_tree.h"
 
@@ -57,6 +58,9 @@ class Vocabulary {
   VocabularyView view_;
   uint64_t id_;
 };
+
+// The vocabulary of the configuration, or the one that ships with semmap. Statuses as Vocabulary::Load.
+absl::StatusOr<std::shared_ptr<const Vocabulary>> LoadVocabulary(const PlaceConfig& config);
 
 // Path of the vocabulary that ships with semmap (slam/common/data_files.h says where it is looked for).
 std::string DefaultVocabularyPath();

@@ -61,6 +61,7 @@ class DeltaWriter {
     }
     for (const KeyFramePose& moved : delta.moved_keyframes) {
       SEMMAP_RETURN_IF_ERROR(MoveKeyFrame(connection_, map_, moved));
+      if (moved.rescale != 1) SEMMAP_RETURN_IF_ERROR(RescaleFrames(connection_, map_, moved));
     }
     return absl::OkStatus();
   }

@@ -103,6 +103,16 @@ absl::Status ReanchorFrames(Connection& connection, MapId map, const RemovedKeyF
   return absl::OkStatus();
 }
 
+absl::Status RescaleFrames(Connection& connection, MapId map, const KeyFramePose& moved) {
+  SEMMAP_ASSIGN_OR_RETURN(std::vector<SessionFrame> frames, FramesOf(connection, map, moved.id));
+  for (SessionFrame& frame : frames) {
+    SE3& pose = frame.frame.keyframe_from_camera;
+    pose = SE3::FromUnitQuaternion(pose.rotation(), moved.rescale * pose.translation());
+    SEMMAP_RETURN_IF_ERROR(Write(connection, kUpdate, map, frame.session, frame.frame));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status EraseFramesOf(Connection& connection, MapId map, SessionId session) {
   return RunQuery(connection, kDeleteOfSession, map, session);
 }

@@ -13,6 +13,8 @@ absl::StatusOr<bool> UpsertFrame(Connection& connection, MapId map, SessionId se
                                  const FramePose& frame);
 // Frames of the removed keyframe become relative to its heir.
 absl::Status ReanchorFrames(Connection& connection, MapId map, const RemovedKeyFrame& removal);
+// Frames keep their distance to the keyframe in its new unit.
+absl::Status RescaleFrames(Connection& connection, MapId map, const KeyFramePose& moved);
 absl::Status EraseFramesOf(Connection& connection, MapId map, SessionId session);
 
 absl::Status VisitTrajectory(Connection& connection, MapId map, const TrajectoryQuery& query,

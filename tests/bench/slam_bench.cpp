@@ -43,6 +43,7 @@ void AddOptions(CLI::App* app, Arguments* arguments) {
   app->add_option("--format", arguments->format, "Of --trajectory: tum|kitti")
       ->check(CLI::IsMember({"tum", "kitti"}));
   app->add_flag("--realtime", arguments->bench.realtime, "Frames come at their recorded pace");
+  app->add_flag("!--no-loops", arguments->bench.close_loops, "Close no loops");
   app->add_flag("--deterministic", arguments->deterministic, "Everything on one thread");
   app->add_flag("--json", arguments->json, "Print JSON instead of a table");
 }

@@ -16,6 +16,8 @@ struct BenchOptions {
   bool realtime = false;
   // Without `realtime`: keyframes that may wait for the mapper when the next frame is tracked.
   int backlog = 0;
+  // Loops are looked for and closed.
+  bool close_loops = true;
   // At most so many frames; 0: all.
   int max_frames = 0;
 };

@@ -121,10 +121,13 @@ absl::StatusOr<std::optional<double>> CompareWithTruth(const client::FrameSource
 absl::StatusOr<RunResult> RunOnce(const BenchOptions& options) {
   SEMMAP_ASSIGN_OR_RETURN(const std::unique_ptr<client::FrameSource> source,
                           client::OpenSource(options.source, options.source_options));
+  SEMMAP_ASSIGN_OR_RETURN(const auto vocabulary, LoadVocabulary(options.config.place));
+  SlamConfig config = options.config;
+  if (!options.close_loops) config.loop.enabled = false;
   MeasuringSink sink;
   const std::unique_ptr<Executor> executor = MakeThreadPool(1);
   SEMMAP_ASSIGN_OR_RETURN(const std::unique_ptr<Session> session,
-                          Session::Create(options.config, source->rig(), &sink, executor.get()));
+                          Session::Create(config, source->rig(), &sink, executor.get(), vocabulary));
   RunResult result;
   const double cpu_before = ProcessCpuSeconds();
   const auto start = Clock::now();
@@ -136,6 +139,8 @@ absl::StatusOr<RunResult> RunOnce(const BenchOptions& options) {
   const SessionStats stats = session->Stats();
   result.keyframes = stats.keyframes;
   result.points = stats.points;
+  result.loops = stats.loops;
+  result.recoveries = stats.recoveries;
   result.bytes_per_keyframe = sink.BytesPerKeyFrame();
   result.bytes_per_point = sink.BytesPerPoint();
   result.trajectory = sink.collector().Compose();

@@ -31,6 +31,8 @@ struct RunResult {
   uint64_t tracked = 0;
   int keyframes = 0;
   int points = 0;
+  int loops = 0;
+  int recoveries = 0;
   StageSamples stages;
   double wall_s = 0;
   // User and system time of all threads from the first frame to the end of mapping, decoding included, unit

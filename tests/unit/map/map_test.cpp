@@ -171,7 +171,8 @@ TEST_F(MapTest, ViewHoldsNewestKeyFrameAndItsSurroundings) {
   const MapPointId shared = AddSeenPoint({3, 4}, 0);
   const MapPointId of_neighbour = AddSeenPoint({2, 3}, 1);
   const MapPointId far = AddSeenPoint({1, 2}, 2);
-  const auto view = MakeLocalMapView(map_, 7, {.neighbours = 5, .second_neighbours = 0, .max_points = 100});
+  const auto view = MakeLocalMapView(map_, map_.newest_keyframe(), 7,
+                                     {.neighbours = 5, .second_neighbours = 0, .max_points = 100});
   ASSERT_NE(view, nullptr);
   EXPECT_EQ(view->version, 7U);
   EXPECT_EQ(view->reference().id, KeyFrameId(4));
@@ -182,7 +183,7 @@ TEST_F(MapTest, ViewHoldsNewestKeyFrameAndItsSurroundings) {
 }
 
 TEST(EmptyMapTest, HasNoView) {
-  EXPECT_EQ(MakeLocalMapView(Map(ScalePyramidInfo(8, 1.2)), 1, LocalMapViewLimits()), nullptr);
+  EXPECT_EQ(MakeLocalMapView(Map(ScalePyramidInfo(8, 1.2)), KeyFrameId(1), 1, LocalMapViewLimits()), nullptr);
 }
 
 }  // namespace

@@ -240,6 +240,8 @@ TEST_P(MapStoreContract, RefusesContradictingDeltasAsAWhole) {
   bad.back().added_keyframes[0].features = infinite;
   bad.emplace_back().moved_keyframes = {{KeyFrameId(9), SE3(), KeyFrameId()}};
   bad.emplace_back().moved_keyframes = {{KeyFrameId(1), bad_pose, KeyFrameId()}};
+  bad.emplace_back().moved_keyframes = {{KeyFrameId(1), SE3(), KeyFrameId(), 0.0}};
+  bad.emplace_back().moved_keyframes = {{KeyFrameId(1), SE3(), KeyFrameId(), NAN}};
   bad.emplace_back().moved_keyframes = {{KeyFrameId(1), SE3(), KeyFrameId(1)}};
   bad.emplace_back().upserted_points = {PointAt(9, {0, nan, 0})};
   bad.emplace_back().upserted_points = {PointAt(0, {0, 0, 0})};

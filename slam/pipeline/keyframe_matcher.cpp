@@ -1,0 +1,59 @@
+#include "slam/pipeline/keyframe_matcher.h"
+
+#include <span>
+
+#include "slam/features/descriptor_search.h"
+
+namespace semmap {
+namespace {
+
+constexpr double kDistinctRatio = 0.75;
+
+bool IsMatch(const NearestTwo& nearest) {
+  return nearest.index >= 0 && nearest.distance <= kStrictDistance &&
+         nearest.distance <= static_cast<int>(kDistinctRatio * nearest.second_distance);
+}
+
+std::vector<KeypointPair> Sift(const ViewKeyFrame& keyframe, const FrameFeatures& image,
+                               std::vector<KeypointPair> pairs) {
+  KeepBestOfSecond(image.size(), &pairs);
+  KeepConsistentRotation(keyframe.features->keypoints, image.keypoints, &pairs);
+  return pairs;
+}
+
+}  // namespace
+
+std::vector<KeypointPair> MatchWithinNodes(const ViewKeyFrame& keyframe, const DirectIndex& keyframe_nodes,
+                                           const FrameFeatures& image, const DirectIndex& image_nodes) {
+  std::vector<KeypointPair> pairs;
+  std::vector<int> candidates;
+  auto group = image_nodes.groups.begin();
+  for (const NodeGroup& wanted : keyframe_nodes.groups) {
+    while (group != image_nodes.groups.end() && group->node < wanted.node) ++group;
+    if (group == image_nodes.groups.end()) break;
+    if (group->node != wanted.node) continue;
+    candidates.assign(image_nodes.keypoints.begin() + group->begin,
+                      image_nodes.keypoints.begin() + group->end);
+    for (uint32_t i = wanted.begin; i < wanted.end; ++i) {
+      const uint32_t keypoint = keyframe_nodes.keypoints[i];
+      if (keyframe.point_of_keypoint[keypoint] < 0) continue;
+      const NearestTwo nearest =
+          FindNearestTwo(keyframe.features->descriptors[keypoint], image.descriptors, candidates);
+      if (!IsMatch(nearest)) continue;
+      pairs.push_back({static_cast<int>(keypoint), candidates[nearest.index], nearest.distance});
+    }
+  }
+  return Sift(keyframe, image, std::move(pairs));
+}
+
+std::vector<KeypointPair> MatchExhaustively(const ViewKeyFrame& keyframe, const FrameFeatures& image) {
+  std::vector<KeypointPair> pairs;
+  for (size_t i = 0; i < keyframe.point_of_keypoint.size(); ++i) {
+    if (keyframe.point_of_keypoint[i] < 0) continue;
+    const NearestTwo nearest = FindNearestTwo(keyframe.features->descriptors[i], image.descriptors);
+    if (IsMatch(nearest)) pairs.push_back({static_cast<int>(i), nearest.index, nearest.distance});
+  }
+  return Sift(keyframe, image, std::move(pairs));
+}
+
+}  // namespace semmap

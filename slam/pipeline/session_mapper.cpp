@@ -1,0 +1,63 @@
+#include "slam/pipeline/session_mapper.h"
+
+namespace semmap {
+
+SessionMapper::SessionMapper(const SlamConfig& config, const MappingCamera& camera,
+                             const ScalePyramidInfo& scale_info, std::shared_ptr<const Vocabulary> vocabulary,
+                             LocalMapper::Publish publish)
+    : config_(config),
+      camera_(camera),
+      local_(config, camera, scale_info, std::move(publish)),
+      places_(std::move(vocabulary), config.place.query),
+      loop_closer_(config.loop, static_cast<uint32_t>(config.seed), camera),
+      relocalizer_(config.relocalization, static_cast<uint32_t>(config.seed)) {}
+
+void SessionMapper::AddKeyFrame(const KeyFrameCandidate& candidate, const std::atomic<bool>* stop) {
+  for (const KeyFrameId culled : local_.AddKeyFrame(candidate, stop)) places_.Remove(culled);
+  places_.Add(*map().FindKeyFrame(candidate.id));
+}
+
+void SessionMapper::AddInitialPair(const InitialPair& pair) {
+  local_.AddInitialPair(pair);
+  places_.Add(*map().FindKeyFrame(pair.first.id));
+  places_.Add(*map().FindKeyFrame(pair.second.id));
+}
+
+void SessionMapper::Reset() {
+  local_.Reset();
+  places_.Clear();
+  loop_closer_.Reset();
+}
+
+std::optional<LoopCloser::Result> SessionMapper::CloseLoop() {
+  auto closed = loop_closer_.Close(map().newest_keyframe(), places_, &local_.mutable_map());
+  if (closed) local_.PublishView();
+  return closed;
+}
+
+SessionMapper::RecoveryReport SessionMapper::Recover(const TrackedFrame& frame) {
+  const Relocalization found =
+      relocalizer_.Relocalize(map(), places_, camera_, {*frame.features, *frame.grid}, 0);
+  if (!found.fix) return {nullptr, found.failure};
+  auto recovery = std::make_shared<Recovery>();
+  recovery->frame = frame;
+  recovery->frame.camera_from_map = found.fix->camera_from_map;
+  recovery->reference = found.view->reference().id;
+  recovery->points.assign(frame.features->size(), MapPointId());
+  for (size_t i = 0; i < found.fix->matches.size(); ++i) {
+    if (found.fix->matches[i] >= 0) recovery->points[i] = found.view->ids[found.fix->matches[i]];
+  }
+  local_.FocusOn(recovery->reference);
+  return {std::move(recovery), LocalizationFailure::kNone};
+}
+
+std::shared_ptr<FullBundle> SessionMapper::PrepareFullBundle() const {
+  return std::make_shared<FullBundle>(config_.loop, camera_.model, map());
+}
+
+void SessionMapper::Apply(const FullBundle& bundle) {
+  bundle.Apply(&local_.mutable_map());
+  local_.PublishView();
+}
+
+}  // namespace semmap

@@ -1,0 +1,114 @@
+#include "slam/pipeline/view_localizer.h"
+
+#include "slam/geometry/pnp.h"
+#include "slam/optimize/pose_optimizer.h"
+
+namespace semmap {
+namespace {
+
+// Search windows in pixels of octave 0: around a rough pose, and around a good one.
+constexpr float kRoughRadius = 10;
+constexpr float kGoodRadius = 4;
+
+// One image on its way through the stages.
+class Localizer {
+ public:
+  Localizer(const MappingCamera& camera, const ScalePyramidInfo& scale_info, const LocalMapView& view,
+            const SearchImage& image)
+      : camera_(camera), scale_info_(scale_info), view_(view), image_(image) {
+    fix_.matches.assign(image.features.size(), -1);
+  }
+
+  bool FindPose(const std::vector<KeypointPair>& pairs, const ViewLocalizerOptions& options) {
+    const ViewKeyFrame& reference = view_.reference();
+    std::vector<Eigen::Vector3d> points;
+    std::vector<Eigen::Vector2d> pixels;
+    for (const KeypointPair& pair : pairs) {
+      points.push_back(view_.positions[reference.point_of_keypoint[pair.first]]);
+      const Keypoint& keypoint = image_.features.keypoints[pair.second];
+      pixels.emplace_back(keypoint.x, keypoint.y);
+    }
+    PnpOptions pnp;
+    pnp.seed = options.seed;
+    pnp.min_inliers = options.min_pose_inliers;
+    const auto pose = EstimatePose(camera_.rig.camera, points, pixels, pnp);
+    if (!pose) return false;
+    fix_.camera_from_map = pose->camera_from_map;
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      if (pose->inlier[i]) fix_.matches[pairs[i].second] = reference.point_of_keypoint[pairs[i].first];
+    }
+    Refine();
+    return fix_.inliers >= options.min_pose_inliers;
+  }
+
+  void SearchAround(float radius) {
+    ProjectionSearch search;
+    search.model = camera_.model;
+    search.bounds = camera_.bounds;
+    search.scale_info = &scale_info_;
+    search.radius = radius;
+    SightingCounters counters;
+    counters.visible.assign(view_.size(), 0);
+    MatchLocalMap(view_, fix_.camera_from_map, image_, search, &counters, &fix_.matches);
+    Refine();
+  }
+
+  const ViewFix& fix() const { return fix_; }
+
+ private:
+  void Refine() {
+    std::vector<PoseObservation> observations;
+    std::vector<size_t> keypoints;
+    for (size_t i = 0; i < fix_.matches.size(); ++i) {
+      if (fix_.matches[i] < 0) continue;
+      const Keypoint& keypoint = image_.features.keypoints[i];
+      observations.push_back(
+          {view_.positions[fix_.matches[i]],
+           {keypoint.x, keypoint.y, keypoint.right_x, scale_info_.inverse_sigma2[keypoint.octave]}});
+      keypoints.push_back(i);
+    }
+    std::vector<char> outliers;
+    const PoseEstimate estimate = OptimizePose(camera_.model, fix_.camera_from_map, observations, &outliers);
+    for (size_t n = 0; n < keypoints.size(); ++n) {
+      if (outliers[n]) fix_.matches[keypoints[n]] = -1;
+    }
+    fix_.camera_from_map = estimate.camera_from_map;
+    fix_.covariance = estimate.covariance;
+    fix_.inliers = estimate.inliers;
+  }
+
+  const MappingCamera& camera_;
+  const ScalePyramidInfo& scale_info_;
+  const LocalMapView& view_;
+  const SearchImage& image_;
+  ViewFix fix_;
+};
+
+}  // namespace
+
+ViewLocalization LocateInView(const ViewLocalizerOptions& options, const MappingCamera& camera,
+                              const ScalePyramidInfo& scale_info, const LocalMapView& view,
+                              const std::vector<KeypointPair>& pairs, const SearchImage& image) {
+  ViewLocalization result;
+  result.matches = static_cast<int>(pairs.size());
+  if (result.matches < options.min_matches) {
+    result.failure = LocalizationFailure::kTooFewMatches;
+    return result;
+  }
+  Localizer localizer(camera, scale_info, view, image);
+  if (!localizer.FindPose(pairs, options)) {
+    result.failure = LocalizationFailure::kDegeneratePose;
+    return result;
+  }
+  localizer.SearchAround(kRoughRadius);
+  localizer.SearchAround(kGoodRadius);
+  result.inliers = localizer.fix().inliers;
+  if (result.inliers < options.min_inliers) {
+    result.failure = LocalizationFailure::kTooFewInliers;
+    return result;
+  }
+  result.fix = localizer.fix();
+  return result;
+}
+
+}  // namespace semmap

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "slam/geometry/se3.h"
+#include "slam/map/local_map_view.h"
+#include "slam/pipeline/association.h"
+#include "slam/pipeline/local_map_matcher.h"
+#include "slam/pipeline/mapping_camera.h"
+
+namespace semmap {
+
+// Why an image was not found in a map, from the earliest obstacle to the last.
+enum class LocalizationFailure {
+  kNone,            // it was found
+  kNoCandidates,    // no keyframe looks like it
+  kTooFewMatches,   // descriptors do not agree with any candidate's points
+  kDegeneratePose,  // no pose explains enough of the matches
+  kTooFewInliers,   // a pose exists, but too little of the map agrees with it
+};
+
+// Where a camera is among the points of a view, and which of them its keypoints see.
+struct ViewFix {
+  SE3 camera_from_map;
+  Matrix6d covariance = Matrix6d::Zero();  // as PoseEstimate::covariance
+  int inliers = 0;
+  ViewMatches matches;
+};
+
+struct ViewLocalization {
+  std::optional<ViewFix> fix;
+  LocalizationFailure failure = LocalizationFailure::kNone;
+  int matches = 0;  // pairs it began with
+  int inliers = 0;  // of the last stage reached
+};
+
+struct ViewLocalizerOptions {
+  int min_matches = 15;
+  int min_pose_inliers = 10;
+  int min_inliers = 50;
+  uint32_t seed = 1;
+};
+
+// Finds the pose of an image from pairs of the reference keyframe's keypoints (first) with its own (second):
+// RANSAC over three pairs, then guided search over all points of the view and refinement, twice, and
+// acceptance by inliers (Mur-Artal et al. 2015, section V-D). Thread-safe, deterministic.
+ViewLocalization LocateInView(const ViewLocalizerOptions& options, const MappingCamera& camera,
+                              const ScalePyramidInfo& scale_info, const LocalMapView& view,
+                              const std::vector<KeypointPair>& pairs, const SearchImage& image);
+
+}  // namespace semmap
