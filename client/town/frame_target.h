@@ -7,17 +7,15 @@
 
 namespace semmap::town {
 
-inline constexpr int kSamplesPerPixel = 4;
-
-// The images that one frame is drawn into: several samples a pixel for colour with class and for depth, then
-// one of each, from which they are read back.
+// The images that one frame is drawn into: the scene as the shaders leave it, then what the sensor makes of
+// it, from which it is read back.
 class FrameTarget {
  public:
   static absl::StatusOr<FrameTarget> Create(int width, int height);
 
-  // Following draws go to the samples, which are cleared.
+  // Following draws go to the scene, which is cleared.
   void BeginScene() const;
-  // Following draws go to the pixels; the samples are bound to texture units 4 and 5.
+  // Following draws go to the pixels; the scene's colour and depth are bound to texture units 4 and 5.
   void BeginSensor() const;
   // CV_8UC4 (RGB and class) and CV_32FC1, top row first.
   void Read(cv::Mat* colour_class, cv::Mat* depth) const;
@@ -27,9 +25,9 @@ class FrameTarget {
 
   int width_ = 0;
   int height_ = 0;
-  GlTexture sample_colour_;
-  GlTexture sample_z_;
-  GlFramebuffer samples_;
+  GlTexture scene_colour_;
+  GlTexture scene_z_;
+  GlFramebuffer scene_;
   GlTexture colour_;
   GlTexture depth_;
   GlFramebuffer pixels_;

@@ -26,10 +26,10 @@ class FurnitureBuilder {
 
   void Build() {
     for (const Street& street : network_.streets()) {
-      const bool avenue = random_.Chance(0.65);
+      const double trees = random_.Chance(0.8) ? 0.75 : 0.35;  // share of the places at the kerb
       for (const int side : {1, -1}) {
         PlaceLamps(street, side);
-        PlaceAtKerb(street, side, avenue);
+        PlaceAtKerb(street, side, trees);
         PlaceAtWalls(street, side);
         ParkVehicles(street, side);
         PlaceSigns(street, side);
@@ -61,12 +61,15 @@ class FurnitureBuilder {
   }
 
   // One thing every few metres along the kerb.
-  void PlaceAtKerb(const Street& street, int side, bool avenue) {
-    for (double s = kClearOfJunction + 5; s < street.centre.length() - kClearOfJunction; s += 7.0) {
+  void PlaceAtKerb(const Street& street, int side, double trees) {
+    for (double s = kClearOfJunction + 5; s < street.centre.length() - kClearOfJunction; s += 6.3) {
       const double at = s + random_.Uniform(-1.2, 1.2);
       if (OnBridge(street, at)) continue;
-      if (avenue && random_.Chance(0.5)) {
+      if (random_.Chance(trees)) {
         PlantStreetTree(OnPavement(street, side, at, 0.85));
+        if (random_.Chance(0.5)) PlantKerbHedge(street, side, at + 1.0);
+      } else if (random_.Chance(0.55)) {
+        PlantKerbHedge(street, side, at);
       } else {
         PlaceSmallThing(OnPavement(street, side, at, 0.55), RoadWards(street, side, at));
       }
@@ -76,7 +79,19 @@ class FurnitureBuilder {
   void PlantStreetTree(const glm::vec3& foot) {
     mesh_->Box(foot - glm::vec3(0, 0, 0.1F), {1, 0}, {1.2F, 1.2F, 0.115F},
                MakeSurface(Texture::kSoil, ClassId::kTerrain));
-    BuildTree(foot, random_.Float(5.5, 8.5), &random_, mesh_);
+    BuildTree(foot, random_.Float(5.5, 9.0), &random_, mesh_);
+  }
+
+  // A trimmed hedge between the kerb and those who walk.
+  void PlantKerbHedge(const Street& street, int side, double s) {
+    const double length = random_.Uniform(2.2, 4.2);
+    const double end = std::min(s + length, street.centre.length() - kClearOfJunction);
+    if (end - s < 1.0 || OnBridge(street, s) || OnBridge(street, end)) return;
+    const auto at = [&](double along) {
+      return street.centre.OffsetPoint(along, side * (street.HalfRoad() + 0.4));
+    };
+    const WallFrame frame = side > 0 ? WallFrame(at(s), at(end)) : WallFrame(at(end), at(s));
+    BuildHedge(frame, random_.Float(0.75, 1.15), mesh_);
   }
 
   void PlaceSmallThing(const glm::vec3& foot, const glm::vec2& to_road) {
@@ -158,7 +173,7 @@ class FurnitureBuilder {
       for (double s = 0; s < street.centre.length() - 4; s += 6) {
         const double next = std::min(s + 6, street.centre.length());
         mesh_->Tube(Lift(street.centre.OffsetPoint(s, track), 6.0),
-                    Lift(street.centre.OffsetPoint(next, track), 6.0), 0.025F, 0.025F, 4, wire);
+                    Lift(street.centre.OffsetPoint(next, track), 6.0), 0.04F, 0.04F, 4, wire);
       }
     }
   }

@@ -77,9 +77,7 @@ layout(location = 0) out vec4 out_colour;   // A: class
 void main() {
   vec4 texel = texture(u_layers, vec3(v_uv, v_layer_class_grime.x));
 #ifdef CUT_OUT
-  float cover = texel.a;
-  if (cover < 0.2) discard;
-  gl_SampleMask[0] = cover > 0.8 ? 15 : cover > 0.6 ? 7 : cover > 0.4 ? 5 : 1;
+  if (texel.a < 0.45) discard;
   float stain = 1.0;
 #else
   vec2 grime = texture(u_grime, v_grime_uv).rg - 0.5;
@@ -160,8 +158,8 @@ void main() {
 )";
 
 constexpr char kSensorFragment[] = R"(
-layout(binding = 4) uniform sampler2DMS u_colour;
-layout(binding = 5) uniform sampler2DMS u_depth;
+layout(binding = 4) uniform sampler2D u_colour;   // A: class
+layout(binding = 5) uniform sampler2D u_depth;
 uniform vec2 u_size;
 uniform vec2 u_near_far;
 uniform float u_exposure;
@@ -177,27 +175,35 @@ uint Mix(uint x) {
   return x;
 }
 
+float Luma(vec3 colour) { return dot(colour, vec3(0.3, 0.6, 0.1)); }
+
+// Smooths the stairs of edges by looking along them (Lottes, FXAA, 2009): the brightness at the pixel's corners
+// tells how the edge runs. What is left of the corners is the blur of a lens.
+vec3 Smooth(vec3 middle) {
+  vec2 at = gl_FragCoord.xy / u_size;
+  vec2 step = 0.5 / u_size;
+  vec3 nw = textureLod(u_colour, at + vec2(-step.x, step.y), 0.0).rgb;
+  vec3 ne = textureLod(u_colour, at + step, 0.0).rgb;
+  vec3 sw = textureLod(u_colour, at - step, 0.0).rgb;
+  vec3 se = textureLod(u_colour, at + vec2(step.x, -step.y), 0.0).rgb;
+  vec4 corner = vec4(Luma(nw), Luma(ne), Luma(sw), Luma(se));
+  vec2 along = vec2(corner.z + corner.w - corner.x - corner.y, corner.x + corner.z - corner.y - corner.w);
+  float steepest = max(abs(along.x), abs(along.y));
+  float flattest = min(abs(along.x), abs(along.y));
+  // Edges close to a row or column have long stairs.
+  along *= clamp(1.0 / (flattest + 0.02 + 0.1 * steepest), 0.0, 4.0 / (steepest + 1e-4));
+  vec2 reach = along * step;
+  vec3 wide = 0.5 * (textureLod(u_colour, at + reach, 0.0).rgb + textureLod(u_colour, at - reach, 0.0).rgb);
+  vec3 lens = 0.5 * middle + 0.125 * (nw + ne + sw + se);
+  return mix(lens, wide, smoothstep(0.08, 0.24, steepest));
+}
+
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  vec4 c0 = texelFetch(u_colour, pixel, 0);
-  vec4 c1 = texelFetch(u_colour, pixel, 1);
-  vec4 c2 = texelFetch(u_colour, pixel, 2);
-  vec4 c3 = texelFetch(u_colour, pixel, 3);
-  // 1 / distance: linear over a plane's image, so that the mean over the samples holds at the pixel's middle.
-  vec4 window = vec4(texelFetch(u_depth, pixel, 0).r, texelFetch(u_depth, pixel, 1).r,
-                     texelFetch(u_depth, pixel, 2).r, texelFetch(u_depth, pixel, 3).r);
-  vec4 near = 1.0 / u_near_far.x - window * (1.0 / u_near_far.x - 1.0 / u_near_far.y);
-  // Class and depth are those of the surface that covers most of the pixel: the first sample that is like another.
-  vec4 classes = vec4(c0.a, c1.a, c2.a, c3.a);
-  vec4 like0 = vec4(equal(classes, classes.xxxx)) * step(abs(near - near.xxxx), 0.05 * near.xxxx + 1e-5);
-  vec4 like1 = vec4(equal(classes, classes.yyyy)) * step(abs(near - near.yyyy), 0.05 * near.yyyy + 1e-5);
-  vec4 like2 = vec4(equal(classes, classes.zzzz)) * step(abs(near - near.zzzz), 0.05 * near.zzzz + 1e-5);
-  bool first = like0.y + like0.z + like0.w > 0.5 || like1.z + like1.w + like2.w < 0.5;
-  bool second = like1.z + like1.w > 0.5;
-  vec4 like = first ? like0 : second ? like1 : like2;
-  float chosen = first ? c0.a : second ? c1.a : c2.a;
-  float inverse = dot(near, like) / dot(like, vec4(1.0));
-  vec3 colour = (c0.rgb + c1.rgb + c2.rgb + c3.rgb) * 0.25;
+  vec4 seen = texelFetch(u_colour, pixel, 0);
+  float window = texelFetch(u_depth, pixel, 0).r;
+  float inverse = 1.0 / u_near_far.x - window * (1.0 / u_near_far.x - 1.0 / u_near_far.y);
+  vec3 colour = Smooth(seen.rgb);
   vec2 off = (gl_FragCoord.xy / u_size - 0.5) * 2.0;
   float exposure = u_exposure * (1.0 - u_vignetting * 0.5 * dot(off, off));
   colour *= sqrt(exposure);
@@ -205,7 +211,7 @@ void main() {
   vec4 u = vec4(h & 255u, (h >> 8) & 255u, (h >> 16) & 255u, h >> 24) / 255.0;
   float grain = (u.x + u.y + u.z + u.w - 2.0) * 1.73;
   colour += u_noise * (grain + u.xyz - 0.5) * (0.4 + 0.6 * colour);
-  out_colour = vec4(clamp(colour, 0.0, 1.0), chosen);
+  out_colour = vec4(clamp(colour, 0.0, 1.0), seen.a);
   out_depth = inverse > 1.01 / u_near_far.y ? 1.0 / inverse : 0.0;
 }
 )";

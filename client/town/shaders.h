@@ -7,14 +7,14 @@ namespace semmap::town::shaders {
 
 // `shadow`: looks the sun up at each pixel; without, the surface's sun state says all.
 std::string SurfaceVertex(bool shadow);
-// `cut_out`: with holes where the texture's alpha is low, and without stains; written for 4 samples a pixel.
+// `cut_out`: with holes where the texture's alpha is low, and without stains.
 std::string SurfaceFragment(bool cut_out, bool shadow);
 std::string ShadowVertex();
 std::string ShadowFragment(bool cut_out);
 std::string SkyVertex();
 std::string SkyFragment();
 std::string SensorVertex();
-// Joins the 4 samples of each pixel and adds what the camera adds.
+// Smooths edges and adds what the camera adds.
 std::string SensorFragment();
 
 }  // namespace semmap::town::shaders
