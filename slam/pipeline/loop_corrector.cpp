@@ -14,7 +14,7 @@ namespace {
 constexpr double kDriveTranslation = 0.01;
 constexpr double kDriveRotation = 0.001;
 constexpr double kDriveScale = 0.01;
-constexpr double kLoopPrecision = 0.1;
+constexpr double kLoopPrecision = 0.03;
 // Keyframes around either end whose points are joined.
 constexpr size_t kFusedNeighbours = 20;
 // Before the bundle adjustment the two sides agree to some pixels only.
