@@ -28,6 +28,13 @@ v1::Pose ToProto(const SE3& pose) {
   return proto;
 }
 
+v1::Similarity ToProto(const Sim3& similarity) {
+  v1::Similarity proto;
+  proto.set_scale(similarity.scale);
+  *proto.mutable_pose() = ToProto(similarity.rigid);
+  return proto;
+}
+
 v1::PoseCovariance ToProto(const Matrix6d& covariance) {
   v1::PoseCovariance proto;
   for (int row = 0; row < 6; ++row) {

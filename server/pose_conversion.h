@@ -7,6 +7,7 @@
 namespace semmap::server {
 
 v1::Pose ToProto(const SE3& pose);
+v1::Similarity ToProto(const Sim3& similarity);
 v1::Vector3 ToProto(const Eigen::Vector3d& vector);
 v1::PoseCovariance ToProto(const Matrix6d& covariance);
 

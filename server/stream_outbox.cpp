@@ -28,8 +28,9 @@ void StreamOutbox::PutAcknowledgement(uint64_t sequence) {
   acknowledged_ = std::max(acknowledged_, sequence);
 }
 
-void StreamOutbox::PutCorrection(v1::MapCorrection correction) {
-  corrections_.push_back(std::move(correction));
+void StreamOutbox::PutCorrections(std::vector<v1::MapCorrection> corrections) {
+  corrections_ = std::move(corrections);
+  corrections_taken_ = 0;
 }
 
 bool StreamOutbox::Take(v1::StreamFramesResponse* response) {
@@ -41,9 +42,8 @@ bool StreamOutbox::Take(v1::StreamFramesResponse* response) {
     }
     return true;
   }
-  if (!corrections_.empty()) {
-    *response->mutable_correction() = std::move(corrections_.front());
-    corrections_.pop_front();
+  if (corrections_taken_ < corrections_.size()) {
+    *response->mutable_correction() = corrections_[corrections_taken_++];
     return true;
   }
   if (acknowledged_ > acknowledged_taken_) {
@@ -57,6 +57,7 @@ bool StreamOutbox::Take(v1::StreamFramesResponse* response) {
 void StreamOutbox::Rewind(uint64_t last_answered) {
   while (!answers_.empty() && answers_.front().sequence <= last_answered) answers_.pop_front();
   taken_ = 0;
+  corrections_taken_ = 0;
 }
 
 }  // namespace semmap::server

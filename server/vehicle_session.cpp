@@ -314,8 +314,23 @@ void VehicleSession::WhenOver(std::function<void(const v1::Session&)> function) 
 // --- The store
 
 void VehicleSession::OnDelta(MapDelta delta) {
+  if (!delta.corrections.empty()) PutCorrections(delta);
   auto shared = std::make_shared<const MapDelta>(std::move(delta));
   environment_.writer->Post([self = shared_from_this(), shared] { self->StoreDelta(*shared); });
+}
+
+// At once, not when stored: the next answers come from the corrected map.
+void VehicleSession::PutCorrections(const MapDelta& delta) {
+  std::vector<v1::MapCorrection> corrections;
+  absl::MutexLock lock(&mutex_);
+  for (const PoseCorrection& correction : delta.corrections) {
+    v1::MapCorrection& proto = corrections.emplace_back();
+    proto.set_from_sequence(correction.from_sequence);
+    proto.set_through_sequence(std::min(correction.through_sequence, last_processed_));
+    *proto.mutable_corrected_from_reported() = ToProto(correction.corrected_from_reported);
+    proto.set_map_version(delta.corrected_map_version);
+  }
+  outbox_.PutCorrections(std::move(corrections));
 }
 
 void VehicleSession::StoreDelta(const MapDelta& delta) {

@@ -122,6 +122,7 @@ class VehicleSession : public std::enable_shared_from_this<VehicleSession>, priv
   void Process(const QueuedFrame& queued);
   void FinishSlam();
   // On the writer's thread.
+  void PutCorrections(const MapDelta& delta);
   void StoreDelta(const MapDelta& delta);
   void StoreEnd();
 

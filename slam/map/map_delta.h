@@ -87,6 +87,14 @@ struct RemovedKeyFrame {
   SE3 heir_from_removed;
 };
 
+// Poses reported for the frames from_sequence to through_sequence have moved for more than the usual refinement
+// (a loop was closed): corrected = corrected_from_reported * reported, the rotation without the scale.
+struct PoseCorrection {
+  uint64_t from_sequence = 0;
+  uint64_t through_sequence = 0;
+  Sim3 corrected_from_reported;
+};
+
 // Everything that one step of the mapper changed; applied as one transaction, in the order of the members
 // below. Applying deltas in order from an empty map reproduces the map.
 struct MapDelta {
@@ -101,6 +109,10 @@ struct MapDelta {
   std::vector<RemovedKeyFrame> removed_keyframes;
   std::vector<MapPointId> removed_points;
   std::vector<FramePose> frames;
+  // For the vehicle, not for the store, which has the new poses: with a loop and the adjustment that follows it,
+  // the whole of the session, otherwise nothing; and the first FrameResult::map_version that has them.
+  std::vector<PoseCorrection> corrections;
+  uint64_t corrected_map_version = 0;
 
   bool empty() const {
     return !reset && added_keyframes.empty() && moved_keyframes.empty() && upserted_points.empty() &&

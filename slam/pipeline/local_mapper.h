@@ -34,6 +34,8 @@ class LocalMapper {
   void PublishView();
 
   const Map& map() const { return map_; }
+  // Of the view published last.
+  uint64_t view_version() const { return version_; }
   // For steps of the map's owner that are not local; PublishView makes them known.
   Map& mutable_map() { return map_; }
   // Changes since the last call.

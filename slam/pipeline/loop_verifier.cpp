@@ -86,6 +86,7 @@ std::optional<Loop> VerifyLoop(const LoopConfig& config, uint32_t seed, const Ma
   ViewLocalizerOptions options;
   options.seed = seed;
   options.min_inliers = config.min_inliers;
+  options.min_inlier_share = config.min_inlier_share;
   const auto forth = LookAcross(options, camera, places, map, old_id, current_id);
   if (!forth) return std::nullopt;
   options.min_inliers = config.min_reverse_inliers;

@@ -165,7 +165,7 @@ void MapperQueue::CloseLoop() {
       closed->loop.current.value(), closed->loop.old.value(), closed->loop.inliers,
       closed->loop.reverse_inliers, closed->correction.shift, closed->correction.scale,
       closed->correction.fused_points);
-  Deliver(0);
+  Deliver(0, Reach::kWholeMap);
   {
     absl::MutexLock lock(&mutex_);
     ++counts_.loops;
@@ -197,12 +197,12 @@ void MapperQueue::Run(const ApplyStep& apply) {
   // A newer loop may have come after it was solved.
   if (apply.adjustment->stop) return;
   mapper_.Apply(*apply.adjustment->bundle);
-  Deliver(0);
+  Deliver(0, Reach::kWholeMap);
   absl::MutexLock lock(&mutex_);
   if (adjustment_ == apply.adjustment) adjustment_.reset();
 }
 
-void MapperQueue::Deliver(uint64_t up_to_sequence) {
+void MapperQueue::Deliver(uint64_t up_to_sequence, Reach reach) {
   MapDelta delta = mapper_.TakeDelta();
   {
     absl::MutexLock lock(&mutex_);
@@ -210,6 +210,11 @@ void MapperQueue::Deliver(uint64_t up_to_sequence) {
   }
   delta.frames = TakeFrames(up_to_sequence);
   if (delta.empty()) return;
+  corrections_.Note(delta);
+  if (reach == Reach::kWholeMap) {
+    delta.corrections = corrections_.Corrections();
+    delta.corrected_map_version = mapper_.view_version();
+  }
   delta.version = ++delta_version_;
   sink_->OnDelta(std::move(delta));
 }

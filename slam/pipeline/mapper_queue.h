@@ -9,6 +9,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "slam/map/map_delta.h"
+#include "slam/pipeline/correction_log.h"
 #include "slam/pipeline/executor.h"
 #include "slam/pipeline/session_mapper.h"
 #include "slam/pipeline/tracker.h"
@@ -73,7 +74,8 @@ class MapperQueue {
   void Run(const ApplyStep& apply);
   void CloseLoop();
   void StartFullAdjustment();
-  void Deliver(uint64_t up_to_sequence);
+  enum class Reach { kLocal, kWholeMap };
+  void Deliver(uint64_t up_to_sequence, Reach reach = Reach::kLocal);
   std::vector<FramePose> TakeFrames(uint64_t up_to_sequence);
   bool Resolve(FramePose* frame) const;
   size_t Backlog() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return steps_.size() + (running_ ? 1 : 0); }
@@ -85,6 +87,7 @@ class MapperQueue {
   // Touched by the running step only.
   SessionMapper mapper_;
   uint64_t delta_version_ = 0;
+  CorrectionLog corrections_;
   // True while another keyframe waits: the running step should hurry.
   std::atomic<bool> hurry_ = false;
 

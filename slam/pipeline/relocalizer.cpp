@@ -57,6 +57,7 @@ Relocalization Relocalizer::Relocalize(const Map& map, const PlaceMemory& places
                                        const SearchImage& image, uint64_t version) const {
   ViewLocalizerOptions options;
   options.min_inliers = config_.min_inliers;
+  options.min_inlier_share = config_.min_inlier_share;
   options.seed = seed_;
   Search search(map, camera, options, image, version);
   if (!places.enabled()) return search.TakeResult();

@@ -43,6 +43,8 @@ class SessionMapper {
   void Apply(const FullBundle& bundle);
 
   const Map& map() const { return local_.map(); }
+  // Of the view published last.
+  uint64_t view_version() const { return local_.view_version(); }
   // Changes since the last call.
   MapDelta TakeDelta() { return local_.TakeDelta(); }
 

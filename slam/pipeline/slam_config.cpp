@@ -33,6 +33,7 @@ void RelocalizationConfig::Read(ConfigReader& reader) {
   reader.Number("candidates", &candidates, 1, 1000);
   reader.Number("exhaustive_candidates", &exhaustive_candidates, 0, 1000);
   reader.Number("min_inliers", &min_inliers, 10, 10000);
+  reader.Number("min_inlier_share", &min_inlier_share, 0.0, 1.0);
 }
 
 void LoopConfig::Read(ConfigReader& reader) {
@@ -41,6 +42,7 @@ void LoopConfig::Read(ConfigReader& reader) {
   reader.Number("min_score_share", &min_score_share, 0.0, 1.0);
   reader.Number("consistency", &consistency, 1, 100);
   reader.Number("min_inliers", &min_inliers, 10, 10000);
+  reader.Number("min_inlier_share", &min_inlier_share, 0.0, 1.0);
   reader.Number("min_reverse_inliers", &min_reverse_inliers, 10, 10000);
   reader.Number("min_interval", &min_interval, 0, 10000);
   reader.Number("pose_graph_min_shared", &pose_graph_min_shared, 1, 100000);

@@ -50,8 +50,9 @@ struct RelocalizationConfig {
   // instead of those of equal vocabulary nodes.
   int candidates = 10;
   int exhaustive_candidates = 3;
-  // Points that must agree with the pose.
+  // Points that must agree with the pose, also as a share of those that should be in sight.
   int min_inliers = 50;
+  double min_inlier_share = 0.1;
 
   void Read(ConfigReader& reader);
 };
@@ -67,6 +68,7 @@ struct LoopConfig {
   // Points that must agree, of the new image in the old surroundings and the other way round.
   int min_inliers = 50;
   int min_reverse_inliers = 40;
+  double min_inlier_share = 0.1;  // of the points that should be in sight
   // Keyframes between two loops.
   int min_interval = 10;
   // Keyframes that share so many points are tied in the pose graph besides the spanning tree.

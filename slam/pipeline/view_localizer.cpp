@@ -1,5 +1,7 @@
 #include "slam/pipeline/view_localizer.h"
 
+#include <algorithm>
+
 #include "slam/geometry/pnp.h"
 #include "slam/optimize/pose_optimizer.h"
 
@@ -50,6 +52,8 @@ class Localizer {
     SightingCounters counters;
     counters.visible.assign(view_.size(), 0);
     MatchLocalMap(view_, fix_.camera_from_map, image_, search, &counters, &fix_.matches);
+    fix_.expected = static_cast<int>(std::count_if(counters.visible.begin(), counters.visible.end(),
+                                                   [](uint16_t times) { return times > 0; }));
     Refine();
   }
 
@@ -103,7 +107,8 @@ ViewLocalization LocateInView(const ViewLocalizerOptions& options, const Mapping
   localizer.SearchAround(kRoughRadius);
   localizer.SearchAround(kGoodRadius);
   result.inliers = localizer.fix().inliers;
-  if (result.inliers < options.min_inliers) {
+  result.expected = localizer.fix().expected;
+  if (result.inliers < std::max<double>(options.min_inliers, options.min_inlier_share * result.expected)) {
     result.failure = LocalizationFailure::kTooFewInliers;
     return result;
   }

@@ -25,20 +25,25 @@ struct ViewFix {
   SE3 camera_from_map;
   Matrix6d covariance = Matrix6d::Zero();  // as PoseEstimate::covariance
   int inliers = 0;
+  int expected = 0;  // points of the view that should be in sight
   ViewMatches matches;
 };
 
 struct ViewLocalization {
   std::optional<ViewFix> fix;
   LocalizationFailure failure = LocalizationFailure::kNone;
-  int matches = 0;  // pairs it began with
-  int inliers = 0;  // of the last stage reached
+  int matches = 0;   // pairs it began with
+  int inliers = 0;   // of the last stage reached
+  int expected = 0;  // points of the view that should be in sight at the pose found
 };
 
 struct ViewLocalizerOptions {
   int min_matches = 15;
   int min_pose_inliers = 10;
   int min_inliers = 50;
+  // Of the points that should be in sight. Streets repeat themselves: a shop sign or a row of windows alone
+  // gives tens of inliers and a fine pose, but nothing around it fits.
+  double min_inlier_share = 0.1;
   uint32_t seed = 1;
 };
 

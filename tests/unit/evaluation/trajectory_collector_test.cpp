@@ -43,6 +43,16 @@ TEST(TrajectoryCollector, FramesFollowTheirKeyFrame) {
   EXPECT_EQ(collector.Compose().poses[2].timestamp, 200);
 }
 
+TEST(TrajectoryCollector, DistancesGrowWithTheUnitOfTheKeyFrame) {
+  TrajectoryCollector collector;
+  collector.OnDelta(TwoKeyFrames());
+  MapDelta loop;
+  loop.moved_keyframes = {{KeyFrameId(2), At(20), KeyFrameId(1), 2.0}};
+  loop.frames = {FrameOn(3, 2, 3)};  // measured in the new unit already
+  collector.OnDelta(loop);
+  EXPECT_EQ(Positions(collector), (std::vector<double>{0, 4, 22, 23}));
+}
+
 TEST(TrajectoryCollector, FramesOfACulledKeyFrameMoveToTheHeirAndItsHeir) {
   TrajectoryCollector collector;
   collector.OnDelta(TwoKeyFrames());

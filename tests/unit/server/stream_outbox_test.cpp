@@ -42,6 +42,35 @@ TEST(StreamOutbox, RewindBringsBackWhatWasNotAnswered) {
   EXPECT_EQ(TakeEstimates(outbox), (std::vector<uint64_t>{4, 5, 6}));
 }
 
+// Sequences from which the corrections that wait hold.
+std::vector<uint64_t> TakeCorrections(StreamOutbox& outbox) {
+  std::vector<uint64_t> sequences;
+  v1::StreamFramesResponse response;
+  while (outbox.Take(&response)) {
+    if (response.has_correction()) sequences.push_back(response.correction().from_sequence());
+    response.Clear();
+  }
+  return sequences;
+}
+
+TEST(StreamOutbox, NewestSetOfCorrectionsReplacesTheLastAndComesAgainAfterABreak) {
+  StreamOutbox outbox(8);
+  std::vector<v1::MapCorrection> set(3);
+  for (uint64_t i = 0; i < set.size(); ++i) set[i].set_from_sequence(i + 1);
+  outbox.PutCorrections(set);
+  v1::StreamFramesResponse response;
+  ASSERT_TRUE(outbox.Take(&response));
+  EXPECT_EQ(response.correction().from_sequence(), 1U);
+  set.resize(2);
+  set[0].set_from_sequence(7);
+  set[1].set_from_sequence(9);
+  outbox.PutCorrections(set);
+  EXPECT_EQ(TakeCorrections(outbox), (std::vector<uint64_t>{7, 9}));
+  EXPECT_TRUE(TakeCorrections(outbox).empty());
+  outbox.Rewind(0);
+  EXPECT_EQ(TakeCorrections(outbox), (std::vector<uint64_t>{7, 9}));
+}
+
 TEST(StreamOutbox, KeepsOnlySoManyTakenAnswers) {
   StreamOutbox outbox(2);
   for (uint64_t sequence = 1; sequence <= 5; ++sequence) outbox.PutEstimate(Estimate(sequence));

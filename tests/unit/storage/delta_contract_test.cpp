@@ -126,6 +126,24 @@ TEST_P(MapStoreContract, CulledKeyFrameLeavesItsFramesAndChildrenToTheHeir) {
   EXPECT_NEAR(Trajectory(*store_, map_)[2].map_from_camera.translation().x(), 100, 10);
 }
 
+TEST_P(MapStoreContract, FramesKeepTheirDistanceInTheNewUnitOfTheirKeyFrame) {
+  StartSmallMap();
+  const std::vector<TrajectoryPose> before = Trajectory(*store_, map_);
+  const SE3 keyframe = store_->GetKeyFrame(map_, KeyFrameId(2))->record.map_from_camera;
+  MapDelta loop;
+  loop.moved_keyframes.push_back({KeyFrameId(2), keyframe, KeyFrameId(1), 1.5});
+  ASSERT_TRUE(Apply(loop).ok());
+  const std::vector<TrajectoryPose> after = Trajectory(*store_, map_);
+  ASSERT_EQ(after.size(), before.size());
+  for (size_t i = 0; i < after.size(); ++i) {
+    const bool hangs_on_it = before[i].reference_keyframe == KeyFrameId(2);
+    const Eigen::Vector3d offset = before[i].map_from_camera.translation() - keyframe.translation();
+    const Eigen::Vector3d expected =
+        before[i].map_from_camera.translation() + (hangs_on_it ? 0.5 : 0.0) * offset;
+    EXPECT_LT((after[i].map_from_camera.translation() - expected).norm(), 1e-12) << i;
+  }
+}
+
 TEST_P(MapStoreContract, HeirThatWasAChildTakesTheParentOfTheRemoved) {
   StartSmallMap();
   MapDelta cull;

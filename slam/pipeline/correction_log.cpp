@@ -1,0 +1,33 @@
+#include "slam/pipeline/correction_log.h"
+
+#include <limits>
+
+namespace semmap {
+
+void CorrectionLog::Note(const MapDelta& delta) {
+  if (delta.reset) keyframes_.clear();
+  for (const KeyFrameRecord& added : delta.added_keyframes) {
+    keyframes_[added.id] = {added.sequence, added.map_from_camera, added.map_from_camera, 1.0};
+  }
+  for (const KeyFramePose& moved : delta.moved_keyframes) {
+    const auto known = keyframes_.find(moved.id);
+    if (known == keyframes_.end()) continue;
+    known->second.map_from_camera_now = moved.map_from_camera;
+    known->second.scale *= moved.rescale;
+  }
+  for (const RemovedKeyFrame& removed : delta.removed_keyframes) keyframes_.erase(removed.removed);
+}
+
+std::vector<PoseCorrection> CorrectionLog::Corrections() const {
+  std::vector<PoseCorrection> corrections;
+  for (const auto& [id, keyframe] : keyframes_) {
+    if (!corrections.empty()) corrections.back().through_sequence = keyframe.sequence - 1;
+    const Sim3 corrected_from_camera{keyframe.scale, keyframe.map_from_camera_now};
+    const Sim3 camera_from_reported{1.0, keyframe.map_from_camera_then.Inverse()};
+    corrections.push_back({keyframe.sequence, std::numeric_limits<uint64_t>::max(),
+                           corrected_from_camera * camera_from_reported});
+  }
+  return corrections;
+}
+
+}  // namespace semmap

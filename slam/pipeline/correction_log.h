@@ -1,0 +1,29 @@
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "slam/map/map_delta.h"
+
+namespace semmap {
+
+// Remembers where keyframes were when they were made, hence where the frames near them were reported to be,
+// and tells what became of that. Fed with every delta of a session; a value.
+class CorrectionLog {
+ public:
+  void Note(const MapDelta& delta);
+  // One for each keyframe of the map, for the frames from it up to the next; the last one's end is open.
+  std::vector<PoseCorrection> Corrections() const;
+
+ private:
+  struct Entry {
+    uint64_t sequence = 0;
+    SE3 map_from_camera_then;
+    SE3 map_from_camera_now;
+    double scale = 1;
+  };
+  // In the order in which they were made.
+  std::map<KeyFrameId, Entry> keyframes_;
+};
+
+}  // namespace semmap
