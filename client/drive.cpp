@@ -7,7 +7,6 @@
 #include <grpcpp/grpcpp.h>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
 #include "client/client.h"
 #include "client/drive_stream.h"
@@ -15,6 +14,7 @@
 #include "client/frame_keeper.h"
 #include "client/names.h"
 #include "client/request_id.h"
+#include "slam/common/mutex.h"
 
 namespace semmap::client {
 namespace {
@@ -97,7 +97,7 @@ class StreamingDrive : public Drive {
   bool end_sent_ = false;
   std::unique_ptr<DriveStream> stream_;
 
-  mutable absl::Mutex mutex_;  // guards all below
+  mutable Mutex mutex_;  // guards all below
   FrameKeeper keeper_ ABSL_GUARDED_BY(mutex_);
   std::optional<v1::SessionStarted> started_ ABSL_GUARDED_BY(mutex_);
   std::optional<absl::Status> ended_ ABSL_GUARDED_BY(mutex_);
@@ -120,7 +120,7 @@ void StreamingDrive::OnStarted(const v1::SessionStarted& started) {
 }
 
 void StreamingDrive::Apply(const v1::StreamFramesResponse& response) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   switch (response.response_case()) {
     case v1::StreamFramesResponse::kStarted:
       OnStarted(response.started());
@@ -155,7 +155,7 @@ void StreamingDrive::Observe(const v1::StreamFramesResponse& response) const {
 }
 
 void StreamingDrive::OnEnd(const absl::Status& status) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   ended_ = status;
 }
 
@@ -164,7 +164,7 @@ void StreamingDrive::OnEnd(const absl::Status& status) {
 absl::Status StreamingDrive::OpenStream(v1::StreamFramesRequest first) {
   CloseStream();
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     started_.reset();
     ended_.reset();
     credit_ = 0;
@@ -175,9 +175,8 @@ absl::Status StreamingDrive::OpenStream(v1::StreamFramesRequest first) {
   const auto timeout = connection_->options().call_timeout;
   stream_->Write(std::move(first), timeout);
   {
-    absl::MutexLock lock(&mutex_);
-    const absl::Condition answered(this, &StreamingDrive::HasStartedOrEnded);
-    if (mutex_.AwaitWithTimeout(answered, Milliseconds(timeout))) {
+    MutexLock lock(&mutex_);
+    if (mutex_.AwaitWithTimeout(Milliseconds(timeout), &StreamingDrive::HasStartedOrEnded, this)) {
       return started_.has_value() ? absl::OkStatus() : *ended_;
     }
   }
@@ -189,8 +188,8 @@ absl::Status StreamingDrive::OpenStream(v1::StreamFramesRequest first) {
 void StreamingDrive::CloseStream() {
   if (stream_ == nullptr) return;
   stream_->Cancel();
-  absl::MutexLock lock(&mutex_);
-  mutex_.Await(absl::Condition(this, &StreamingDrive::HasEnded));
+  MutexLock lock(&mutex_);
+  mutex_.Await(&StreamingDrive::HasEnded, this);
   stream_.reset();
 }
 
@@ -205,7 +204,7 @@ absl::Status StreamingDrive::Begin() {
   hello->set_user_agent(options_.user_agent);
   hello->set_request_id(NewRequestId());
   if (absl::Status status = OpenStream(std::move(first)); !status.ok()) return status;
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   first_started_ = *started_;
   return absl::OkStatus();
 }
@@ -221,7 +220,7 @@ absl::Status StreamingDrive::TryResume(absl::Duration limit) {
   resume->set_session(first_started_.session());
   resume->set_resume_token(first_started_.resume_token());
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     resume->set_last_answered_sequence(keeper_.last_answered());
   }
   return OpenStream(std::move(first));
@@ -230,7 +229,7 @@ absl::Status StreamingDrive::TryResume(absl::Duration limit) {
 absl::Status StreamingDrive::Recover() {
   absl::Status status;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     status = ended_.value_or(absl::InternalError("the stream has not ended"));
   }
   if (status.ok()) status = absl::AbortedError("the server ended the stream");
@@ -242,7 +241,7 @@ absl::Status StreamingDrive::Recover() {
     status = TryResume(give_up - absl::Now());
     if (status.ok()) {
       if (observer_.on_resumed) {
-        absl::MutexLock lock(&mutex_);
+        MutexLock lock(&mutex_);
         observer_.on_resumed(*started_);
       }
       return status;
@@ -260,9 +259,8 @@ void StreamingDrive::CutStream() {
 // --- Frames
 
 absl::Status StreamingDrive::WaitForCredit(absl::Time deadline) {
-  absl::MutexLock lock(&mutex_);
-  const absl::Condition ready(this, &StreamingDrive::MayWriteOrEnded);
-  if (mutex_.AwaitWithDeadline(ready, deadline)) return absl::OkStatus();
+  MutexLock lock(&mutex_);
+  if (mutex_.AwaitWithDeadline(deadline, &StreamingDrive::MayWriteOrEnded, this)) return absl::OkStatus();
   return absl::DeadlineExceededError("the server gave no credit in time");
 }
 
@@ -272,7 +270,7 @@ absl::Status StreamingDrive::WriteFrames(absl::Time deadline) {
     v1::StreamFramesRequest request;
     bool ended = false;
     {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       ended = ended_.has_value();
       if (!ended) {
         if (!keeper_.HasUnwritten()) return absl::OkStatus();
@@ -286,21 +284,21 @@ absl::Status StreamingDrive::WriteFrames(absl::Time deadline) {
     }
     // A write that fails is followed by the stream's end.
     if (stream_->Write(std::move(request), options_.send_timeout)) continue;
-    absl::MutexLock lock(&mutex_);
-    mutex_.Await(absl::Condition(this, &StreamingDrive::HasEnded));
+    MutexLock lock(&mutex_);
+    mutex_.Await(&StreamingDrive::HasEnded, this);
   }
 }
 
 absl::Status StreamingDrive::Send(v1::Frame frame) {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     keeper_.Add(std::move(frame));
   }
   return WriteFrames(absl::Now() + Milliseconds(options_.send_timeout));
 }
 
 bool StreamingDrive::HasCredit() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   return credit_ > 0 && !ended_.has_value();
 }
 
@@ -309,9 +307,8 @@ absl::Status StreamingDrive::WaitForAnswers(std::chrono::milliseconds timeout) {
   while (true) {
     bool ended = false;
     {
-      absl::MutexLock lock(&mutex_);
-      const absl::Condition answered(this, &StreamingDrive::IsAnsweredOrEnded);
-      if (!mutex_.AwaitWithDeadline(answered, deadline)) {
+      MutexLock lock(&mutex_);
+      if (!mutex_.AwaitWithDeadline(deadline, &StreamingDrive::IsAnsweredOrEnded, this)) {
         return absl::DeadlineExceededError("the server did not answer all frames in time");
       }
       if (keeper_.last_answered() >= keeper_.last_added()) return absl::OkStatus();
@@ -340,9 +337,8 @@ absl::StatusOr<v1::SessionSummary> StreamingDrive::Finish() {
   while (true) {
     if (absl::Status status = WriteEnd(deadline); !status.ok()) return SummaryOfFinished(status);
     {
-      absl::MutexLock lock(&mutex_);
-      const absl::Condition ended(this, &StreamingDrive::HasEnded);
-      if (!mutex_.AwaitWithDeadline(ended, deadline)) {
+      MutexLock lock(&mutex_);
+      if (!mutex_.AwaitWithDeadline(deadline, &StreamingDrive::HasEnded, this)) {
         return absl::DeadlineExceededError("the server did not store the session in time");
       }
       if (ended_->ok() && summary_.has_value()) return *summary_;
@@ -355,7 +351,7 @@ absl::StatusOr<v1::SessionSummary> StreamingDrive::Finish() {
 absl::StatusOr<v1::SessionSummary> StreamingDrive::SummaryOfFinished(const absl::Status& failure) {
   {
     // The stream may have come to its end faster than the frames and the end message were repeated.
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (summary_.has_value()) return *summary_;
   }
   if (!end_sent_ || ErrorReason(failure) != "SESSION_NOT_RESUMABLE") return failure;

@@ -23,17 +23,16 @@ std::unique_ptr<DriveStream> DriveStream::Open(v1::SessionService::Stub* stub, O
 
 bool DriveStream::Write(v1::StreamFramesRequest request, std::chrono::milliseconds timeout) {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (closed_ || writing_) return false;
     writing_ = true;
   }
   request_ = std::move(request);
   StartWrite(&request_);
-  absl::MutexLock lock(&mutex_);
-  const absl::Condition written(this, &DriveStream::NotWriting);
-  if (!mutex_.AwaitWithTimeout(written, absl::FromChrono(timeout))) {
+  MutexLock lock(&mutex_);
+  if (!mutex_.AwaitWithTimeout(absl::FromChrono(timeout), &DriveStream::NotWriting, this)) {
     context_.TryCancel();
-    mutex_.Await(written);
+    mutex_.Await(&DriveStream::NotWriting, this);
   }
   return !closed_;
 }
@@ -57,7 +56,7 @@ void DriveStream::OnWriteDone(bool ok) {
   }
   bool closed = false;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     closed = closed_;
     writing_ = closed;  // Close ends it
   }
@@ -67,7 +66,7 @@ void DriveStream::OnWriteDone(bool ok) {
 void DriveStream::Close(bool write_is_over) {
   bool release = false;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     closed_ = true;
     if (write_is_over) writing_ = false;
     release = !writing_ && held_;

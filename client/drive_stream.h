@@ -9,8 +9,8 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
-#include "absl/synchronization/mutex.h"
 #include "semmap/v1/session_service.grpc.pb.h"
+#include "slam/common/mutex.h"
 
 namespace semmap::client {
 
@@ -49,7 +49,7 @@ class DriveStream : public grpc::ClientBidiReactor<v1::StreamFramesRequest, v1::
   v1::StreamFramesResponse response_;  // of the read under way
   v1::StreamFramesRequest request_;    // of the write under way
 
-  absl::Mutex mutex_;  // guards all below
+  Mutex mutex_;  // guards all below
   bool writing_ ABSL_GUARDED_BY(mutex_) = false;
   bool closed_ ABSL_GUARDED_BY(mutex_) = false;
   bool held_ ABSL_GUARDED_BY(mutex_) = true;

@@ -6,9 +6,9 @@
 #include <grpcpp/support/client_callback.h>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "client/grpc_status.h"
+#include "slam/common/mutex.h"
 
 namespace semmap::client {
 
@@ -28,16 +28,15 @@ class MessageReader : public grpc::ClientReadReactor<Response> {
   // The next message; nullptr at the end of the stream or when nothing came in time: see Finish.
   const Response* Next(std::chrono::milliseconds timeout) {
     {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       state_ = State::kReading;
     }
     this->StartRead(&response_);
-    absl::MutexLock lock(&mutex_);
-    const absl::Condition arrived(this, &MessageReader::IsRead);
-    if (!mutex_.AwaitWithTimeout(arrived, absl::FromChrono(timeout))) {
+    MutexLock lock(&mutex_);
+    if (!mutex_.AwaitWithTimeout(absl::FromChrono(timeout), &MessageReader::IsRead, this)) {
       timed_out_ = true;
       context_.TryCancel();
-      mutex_.Await(arrived);
+      mutex_.Await(&MessageReader::IsRead, this);
     }
     return state_ == State::kMessage ? &response_ : nullptr;
   }
@@ -46,19 +45,19 @@ class MessageReader : public grpc::ClientReadReactor<Response> {
   absl::Status Finish(bool cancel) {
     if (cancel) context_.TryCancel();
     this->RemoveHold();
-    absl::MutexLock lock(&mutex_);
-    mutex_.Await(absl::Condition(this, &MessageReader::IsDone));
+    MutexLock lock(&mutex_);
+    mutex_.Await(&MessageReader::IsDone, this);
     if (timed_out_) return absl::DeadlineExceededError("the server sent nothing in time");
     return FromGrpc(status_);
   }
 
   void OnReadDone(bool ok) override {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     state_ = ok ? State::kMessage : State::kEnd;
   }
 
   void OnDone(const grpc::Status& status) override {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     status_ = status;
     done_ = true;
   }
@@ -71,7 +70,7 @@ class MessageReader : public grpc::ClientReadReactor<Response> {
 
   grpc::ClientContext context_;
   Response response_;
-  absl::Mutex mutex_;  // guards all below
+  Mutex mutex_;  // guards all below
   State state_ ABSL_GUARDED_BY(mutex_) = State::kEnd;
   bool timed_out_ ABSL_GUARDED_BY(mutex_) = false;
   bool done_ ABSL_GUARDED_BY(mutex_) = false;

@@ -8,20 +8,20 @@ MapWriter::MapWriter(size_t capacity) : capacity_(capacity), thread_([this] { Ru
 
 MapWriter::~MapWriter() {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     stopping_ = true;
   }
   thread_.join();
 }
 
 void MapWriter::Post(std::function<void()> job) {
-  absl::MutexLock lock(&mutex_);
-  mutex_.Await(absl::Condition(this, &MapWriter::HasRoom));
+  MutexLock lock(&mutex_);
+  mutex_.Await(&MapWriter::HasRoom, this);
   jobs_.push_back(std::move(job));
 }
 
 size_t MapWriter::waiting() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   return jobs_.size();
 }
 
@@ -29,8 +29,8 @@ void MapWriter::Run() {
   while (true) {
     std::function<void()> job;
     {
-      absl::MutexLock lock(&mutex_);
-      mutex_.Await(absl::Condition(this, &MapWriter::HasWork));
+      MutexLock lock(&mutex_);
+      mutex_.Await(&MapWriter::HasWork, this);
       if (jobs_.empty()) return;
       job = std::move(jobs_.front());
       jobs_.pop_front();

@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
+#include "slam/common/mutex.h"
 
 namespace semmap::server {
 
@@ -30,7 +30,7 @@ class MapWriter {
   bool HasWork() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return stopping_ || !jobs_.empty(); }
 
   const size_t capacity_;
-  mutable absl::Mutex mutex_;  // guards the queue
+  mutable Mutex mutex_;  // guards the queue
   std::deque<std::function<void()>> jobs_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::thread thread_;

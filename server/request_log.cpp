@@ -11,7 +11,7 @@ constexpr size_t kMaxAnswers = 1000;
 
 std::optional<std::string> RequestLog::Find(const std::string& method, const std::string& request_id) const {
   if (request_id.empty()) return std::nullopt;
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto found = answers_.find(method + "/" + request_id);
   if (found == answers_.end()) return std::nullopt;
   return found->second;
@@ -19,7 +19,7 @@ std::optional<std::string> RequestLog::Find(const std::string& method, const std
 
 void RequestLog::Remember(const std::string& method, const std::string& request_id, std::string answer) {
   if (request_id.empty()) return;
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto [entry, added] = answers_.emplace(method + "/" + request_id, std::move(answer));
   if (!added) return;
   order_.push_back(entry->first);

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
+#include "slam/common/mutex.h"
 
 namespace semmap::server {
 
@@ -19,7 +19,7 @@ class RequestLog {
   void Remember(const std::string& method, const std::string& request_id, std::string answer);
 
  private:
-  mutable absl::Mutex mutex_;  // guards the answers
+  mutable Mutex mutex_;  // guards the answers
   std::map<std::string, std::string> answers_ ABSL_GUARDED_BY(mutex_);
   std::deque<std::string> order_ ABSL_GUARDED_BY(mutex_);
 };

@@ -96,7 +96,7 @@ absl::StatusOr<SessionRegistry::Opened> SessionRegistry::Open(const v1::SessionH
   session->WhenOver([this, id = made.id](const v1::Session& last) { OnOver(id, last); });
   bool draining = false;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     sessions_.emplace(made.id, session);
     draining = draining_;
   }
@@ -109,7 +109,7 @@ absl::StatusOr<SessionRegistry::Opened> SessionRegistry::Open(const v1::SessionH
 
 std::shared_ptr<VehicleSession> SessionRegistry::FindRepeated(const SessionIdentity& identity) const {
   if (identity.request_id.empty()) return nullptr;
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto same = [&](const auto& entry) {
     const SessionIdentity& other = entry.second->identity();
     return other.request_id == identity.request_id && other.vehicle_id == identity.vehicle_id &&
@@ -120,7 +120,7 @@ std::shared_ptr<VehicleSession> SessionRegistry::FindRepeated(const SessionIdent
 }
 
 absl::Status SessionRegistry::Reserve(const std::string& map_id) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   if (draining_) return Error(v1::ERROR_REASON_SHUTTING_DOWN, "the server is stopping");
   const size_t count = sessions_.size() + reserved_maps_.size();
   if (count >= static_cast<size_t>(environment_.config.max_sessions)) {
@@ -136,7 +136,7 @@ absl::Status SessionRegistry::Reserve(const std::string& map_id) {
 }
 
 void SessionRegistry::Release(const std::string& map_id) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   reserved_maps_.erase(map_id);
 }
 
@@ -199,14 +199,14 @@ void SessionRegistry::OnStreamBroken(const std::shared_ptr<VehicleSession>& sess
 }
 
 std::shared_ptr<VehicleSession> SessionRegistry::Find(const std::string& session_id) const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto found = sessions_.find(session_id);
   return found == sessions_.end() ? nullptr : found->second;
 }
 
 std::optional<v1::Session> SessionRegistry::Describe(const std::string& session_id) const {
   if (const auto session = Find(session_id)) return session->Snapshot();
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto found = std::find_if(finished_.begin(), finished_.end(),
                                   [&](const auto& entry) { return entry.first == session_id; });
   if (found == finished_.end()) return std::nullopt;
@@ -214,25 +214,25 @@ std::optional<v1::Session> SessionRegistry::Describe(const std::string& session_
 }
 
 bool SessionRegistry::IsMapInUse(const std::string& map_id) const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto on_map = [&](const auto& entry) { return entry.second->identity().map_id == map_id; };
   return reserved_maps_.contains(map_id) || std::any_of(sessions_.begin(), sessions_.end(), on_map);
 }
 
 size_t SessionRegistry::size() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   return sessions_.size();
 }
 
 void SessionRegistry::OnOver(const std::string& session_id, const v1::Session& last) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   sessions_.erase(session_id);
   finished_.emplace_back(session_id, last);
   if (finished_.size() > kMaxFinished) finished_.pop_front();
 }
 
 std::vector<std::shared_ptr<VehicleSession>> SessionRegistry::All() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   std::vector<std::shared_ptr<VehicleSession>> all;
   for (const auto& [id, session] : sessions_) all.push_back(session);
   return all;
@@ -240,20 +240,18 @@ std::vector<std::shared_ptr<VehicleSession>> SessionRegistry::All() const {
 
 void SessionRegistry::Drain(absl::Duration timeout) {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     draining_ = true;
   }
   const absl::Status stopping = Error(v1::ERROR_REASON_SHUTTING_DOWN, "the server is stopping");
   for (const auto& session : All()) session->End(v1::SESSION_END_REASON_SHUTDOWN, stopping);
   {
-    absl::MutexLock lock(&mutex_);
-    const absl::Condition empty(this, &SessionRegistry::IsEmpty);
-    if (mutex_.AwaitWithTimeout(empty, timeout * kDrainShareForFrames)) return;
+    MutexLock lock(&mutex_);
+    if (mutex_.AwaitWithTimeout(timeout * kDrainShareForFrames, &SessionRegistry::IsEmpty, this)) return;
   }
   for (const auto& session : All()) session->DropWaitingFrames();
-  absl::MutexLock lock(&mutex_);
-  const absl::Condition empty(this, &SessionRegistry::IsEmpty);
-  if (!mutex_.AwaitWithTimeout(empty, timeout * (1 - kDrainShareForFrames))) {
+  MutexLock lock(&mutex_);
+  if (!mutex_.AwaitWithTimeout(timeout * (1 - kDrainShareForFrames), &SessionRegistry::IsEmpty, this)) {
     spdlog::error("{} sessions could not be stored in time", sessions_.size());
   }
 }

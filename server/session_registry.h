@@ -11,11 +11,11 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "semmap/v1/session.pb.h"
 #include "server/timer.h"
 #include "server/vehicle_session.h"
+#include "slam/common/mutex.h"
 
 namespace semmap::server {
 
@@ -71,7 +71,7 @@ class SessionRegistry {
   const SlamSessionFactory factory_;
   Timer* const timer_;
 
-  mutable absl::Mutex mutex_;  // guards all below
+  mutable Mutex mutex_;  // guards all below
   std::map<std::string, std::shared_ptr<VehicleSession>> sessions_ ABSL_GUARDED_BY(mutex_);
   std::set<std::string> reserved_maps_ ABSL_GUARDED_BY(mutex_);
   std::deque<std::pair<std::string, v1::Session>> finished_ ABSL_GUARDED_BY(mutex_);

@@ -10,14 +10,14 @@ Timer::Timer() : thread_([this] { Run(); }) {}
 
 Timer::~Timer() {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     stopping_ = true;
   }
   thread_.join();
 }
 
 void Timer::After(absl::Duration delay, std::function<void()> function) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   schedule_.emplace(absl::Now() + delay, std::move(function));
   changed_ = true;
 }
@@ -26,9 +26,9 @@ void Timer::Run() {
   while (true) {
     std::function<void()> due;
     {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       const absl::Time next = schedule_.empty() ? absl::InfiniteFuture() : schedule_.begin()->first;
-      mutex_.AwaitWithDeadline(absl::Condition(this, &Timer::FirstChanged), next);
+      mutex_.AwaitWithDeadline(next, &Timer::FirstChanged, this);
       if (stopping_) return;
       changed_ = false;
       if (schedule_.empty() || schedule_.begin()->first > absl::Now()) continue;

@@ -5,8 +5,8 @@
 #include <thread>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "slam/common/mutex.h"
 
 namespace semmap::server {
 
@@ -25,7 +25,7 @@ class Timer {
   void Run();
   bool FirstChanged() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return changed_ || stopping_; }
 
-  absl::Mutex mutex_;  // guards the schedule
+  Mutex mutex_;  // guards the schedule
   std::multimap<absl::Time, std::function<void()>> schedule_ ABSL_GUARDED_BY(mutex_);
   bool changed_ ABSL_GUARDED_BY(mutex_) = false;
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;

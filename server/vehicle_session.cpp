@@ -74,7 +74,7 @@ std::optional<v1::SessionStarted> VehicleSession::Attach(std::shared_ptr<StreamO
   std::shared_ptr<StreamOutput> replaced;
   v1::SessionStarted started;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (over_) return std::nullopt;
     replaced = std::exchange(output_, std::move(output));
     outbox_.Rewind(last_answered);
@@ -98,7 +98,7 @@ std::optional<v1::SessionStarted> VehicleSession::Attach(std::shared_ptr<StreamO
 std::optional<uint64_t> VehicleSession::Detach(const StreamOutput* output) {
   // Declared first: the last reference must not die under the lock.
   std::shared_ptr<StreamOutput> gone;
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   if (output_.get() != output) return std::nullopt;
   gone = std::exchange(output_, nullptr);
   if (ending_.has_value()) return std::nullopt;
@@ -109,7 +109,7 @@ std::optional<uint64_t> VehicleSession::Detach(const StreamOutput* output) {
 
 void VehicleSession::EndIfStillInterrupted(uint64_t interruption) {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (output_ != nullptr || interruptions_ != interruption) return;
   }
   End(v1::SESSION_END_REASON_RESUME_TIMEOUT,
@@ -119,7 +119,7 @@ void VehicleSession::EndIfStillInterrupted(uint64_t interruption) {
 void VehicleSession::Push(StreamOutput* output, v1::Frame frame) {
   absl::Status status;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (output_.get() != output || ending_.has_value()) return;
     status = queue_.Push(std::move(frame), absl::Now());
     if (status.ok()) ScheduleStep();
@@ -134,7 +134,7 @@ void VehicleSession::Push(StreamOutput* output, v1::Frame frame) {
 
 VehicleSession::Next VehicleSession::NextResponse(const StreamOutput* output,
                                                   v1::StreamFramesResponse* response, absl::Status* status) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   if (output_.get() != output) {
     *status = Error(v1::ERROR_REASON_SESSION_RESUMED_ELSEWHERE, "another stream took the session up");
     return Next::kEnd;
@@ -158,7 +158,7 @@ VehicleSession::Next VehicleSession::NextResponse(const StreamOutput* output,
 void VehicleSession::Wake() {
   std::shared_ptr<StreamOutput> output;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     output = output_;
   }
   if (output != nullptr) output->Wake();
@@ -176,7 +176,7 @@ void VehicleSession::Step() {
   std::optional<QueuedFrame> next;
   bool finish = false;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     next = queue_.Pop();
     finish = !next.has_value() && ending_.has_value();
     // After the end no step is scheduled any more: stepping_ stays true.
@@ -221,7 +221,7 @@ void VehicleSession::Process(const QueuedFrame& queued) {
 void VehicleSession::RecordResult(const QueuedFrame& queued, const FrameResult& result, double queue_ms,
                                   double decode_ms) {
   const SessionStats stats = slam_->Stats();
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   outbox_.PutDropped(queued.dropped, queue_.dropped());
   outbox_.PutEstimate(ToProto(result, queue_ms, decode_ms));
   queue_.OnProcessed();
@@ -235,7 +235,7 @@ void VehicleSession::RecordResult(const QueuedFrame& queued, const FrameResult& 
 // --- The end
 
 void VehicleSession::End(v1::SessionEndReason reason, absl::Status status) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   if (ending_.has_value()) return;
   if (status.ok()) {
     spdlog::info("session ends session={} map={} reason={}", identity_.id, identity_.map_id,
@@ -250,7 +250,7 @@ void VehicleSession::End(v1::SessionEndReason reason, absl::Status status) {
 }
 
 void VehicleSession::DropWaitingFrames() {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   queue_.Clear();
 }
 
@@ -260,7 +260,7 @@ void VehicleSession::FinishSlam() {
   // A session that is over should not hold the memory of its map.
   slam_.reset();
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     slam_stats_ = stats;
   }
   environment_.writer->Post([self = shared_from_this()] { self->StoreEnd(); });
@@ -270,7 +270,7 @@ void VehicleSession::StoreEnd() {
   const TimestampNs now = environment_.wall_clock();
   storage::SessionCounters counters;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     counters = Counters();
   }
   const absl::Status status = environment_.store->EndSession(store_map_, store_session_, now, counters);
@@ -279,7 +279,7 @@ void VehicleSession::StoreEnd() {
   std::vector<std::function<void(const v1::Session&)>> when_over;
   v1::Session snapshot;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (status.ok() && !store_failed_) {
       acknowledged_ = std::max(acknowledged_, last_processed_);
       outbox_.PutAcknowledgement(acknowledged_);
@@ -301,7 +301,7 @@ void VehicleSession::StoreEnd() {
 void VehicleSession::WhenOver(std::function<void(const v1::Session&)> function) {
   v1::Session snapshot;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (!over_) {
       when_over_.push_back(std::move(function));
       return;
@@ -322,7 +322,7 @@ void VehicleSession::OnDelta(MapDelta delta) {
 // At once, not when stored: the next answers come from the corrected map.
 void VehicleSession::PutCorrections(const MapDelta& delta) {
   std::vector<v1::MapCorrection> corrections;
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   for (const PoseCorrection& correction : delta.corrections) {
     v1::MapCorrection& proto = corrections.emplace_back();
     proto.set_from_sequence(correction.from_sequence);
@@ -351,7 +351,7 @@ void VehicleSession::StoreDelta(const MapDelta& delta) {
   }
   storage::SessionCounters counters;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     acknowledged_ = std::max(acknowledged_, LastSequence(delta));
     outbox_.PutAcknowledgement(acknowledged_);
     counters = Counters();
@@ -368,12 +368,12 @@ void VehicleSession::StoreDelta(const MapDelta& delta) {
 storage::SessionCounters VehicleSession::Counters() const { return {queue_.received(), tracked_}; }
 
 bool VehicleSession::ending() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   return ending_.has_value();
 }
 
 v1::Session VehicleSession::Snapshot() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   return SnapshotLocked();
 }
 

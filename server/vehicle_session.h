@@ -8,13 +8,13 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
-#include "absl/synchronization/mutex.h"
 #include "semmap/v1/session.pb.h"
 #include "server/frame_queue.h"
 #include "server/latency_histogram.h"
 #include "server/map_writer.h"
 #include "server/server_config.h"
 #include "server/stream_outbox.h"
+#include "slam/common/mutex.h"
 #include "slam/map/map_delta.h"
 #include "slam/pipeline/executor.h"
 #include "slam/pipeline/session.h"
@@ -144,7 +144,7 @@ class VehicleSession : public std::enable_shared_from_this<VehicleSession>, priv
   bool store_failed_ = false;
   uint64_t stored_deltas_ = 0;
 
-  mutable absl::Mutex mutex_;  // guards all below
+  mutable Mutex mutex_;  // guards all below
   FrameQueue queue_ ABSL_GUARDED_BY(mutex_);
   StreamOutbox outbox_ ABSL_GUARDED_BY(mutex_);
   std::shared_ptr<StreamOutput> output_ ABSL_GUARDED_BY(mutex_);

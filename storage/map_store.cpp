@@ -5,7 +5,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/mutex.h"
+#include "slam/common/mutex.h"
 #include "storage/sqlite/sqlite_map_store.h"
 
 namespace semmap::storage {
@@ -20,21 +20,21 @@ class BackendRegistry {
   }
 
   absl::Status Add(std::string_view scheme, MapStoreFactory factory) {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (factories_.try_emplace(std::string(scheme), std::move(factory)).second) return absl::OkStatus();
     return absl::AlreadyExistsError(absl::StrCat("a storage backend for ", std::string(scheme), " exists"));
   }
 
   absl::StatusOr<MapStoreFactory> Find(std::string_view uri) {
     const std::string scheme(uri.substr(0, uri.find(':')));
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     const auto found = factories_.find(scheme);
     if (uri.find(':') != std::string_view::npos && found != factories_.end()) return found->second;
     return absl::InvalidArgumentError(absl::StrCat("no storage backend opens \"", std::string(uri), "\""));
   }
 
  private:
-  absl::Mutex mutex_;
+  Mutex mutex_;
   std::map<std::string, MapStoreFactory> factories_ ABSL_GUARDED_BY(mutex_){
       {"sqlite", &sqlite::OpenSqliteMapStore}};
 };

@@ -28,7 +28,7 @@ DriveObserver DriveMonitor::Observer() {
 }
 
 void DriveMonitor::NoteSent(uint64_t sequence) {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   const auto now = Clock::now();
   if (!first_sent_) first_sent_ = now;
   in_flight_[sequence] = now;
@@ -36,7 +36,7 @@ void DriveMonitor::NoteSent(uint64_t sequence) {
 }
 
 void DriveMonitor::OnEstimate(const v1::FrameEstimate& estimate) {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   const auto now = Clock::now();
   const auto sent = in_flight_.find(estimate.sequence());
   // After a resume the server may repeat an answer.
@@ -56,22 +56,22 @@ void DriveMonitor::OnEstimate(const v1::FrameEstimate& estimate) {
 }
 
 void DriveMonitor::OnDropped(const v1::FramesDropped& dropped) {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   for (const uint64_t sequence : dropped.sequences()) progress_.answered += in_flight_.erase(sequence);
 }
 
 DriveProgress DriveMonitor::Progress() const {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return progress_;
 }
 
 DriveMonitor::Latencies DriveMonitor::latencies() const {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return latencies_;
 }
 
 SequencedPoses DriveMonitor::online_poses() const {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return online_poses_;
 }
 

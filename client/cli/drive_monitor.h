@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
 #include "client/cli/progress.h"
 #include "client/cli/session_trajectory.h"
 #include "client/drive.h"
+#include "slam/common/mutex.h"
 
 namespace semmap::client {
 
@@ -36,7 +36,7 @@ class DriveMonitor {
   void OnEstimate(const v1::FrameEstimate& estimate);
   void OnDropped(const v1::FramesDropped& dropped);
 
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   std::map<uint64_t, Clock::time_point> in_flight_ ABSL_GUARDED_BY(mutex_);
   std::optional<Clock::time_point> first_sent_ ABSL_GUARDED_BY(mutex_);
   DriveProgress progress_ ABSL_GUARDED_BY(mutex_);

@@ -26,7 +26,7 @@ FrameStream* FrameStream::Start(CallRunner& runner) {
 
 void FrameStream::EndUnlessOpened() {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (first_seen_) return;
   }
   End(Unexpected("no hello came in time"));
@@ -37,7 +37,7 @@ void FrameStream::EndUnlessOpened() {
 void FrameStream::OnReadDone(bool ok) {
   bool first = false;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     first = !std::exchange(first_seen_, true);
     if (ending_ != nullptr) return;
     // The session has its own reason to end the stream with.
@@ -63,7 +63,7 @@ void FrameStream::HandleFirst() {
     return;
   }
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     opening_ = true;
   }
   runner_.Run([self = shared_from_this()] { self->OpenAndRead(); });
@@ -79,7 +79,7 @@ void FrameStream::OpenAndRead() {
     End(std::move(status));
   }
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     opening_ = false;
   }
   Pump();
@@ -98,7 +98,7 @@ absl::Status FrameStream::Open() {
   }
   auto started = opened.session->Attach(shared_from_this(), opened.resumed, last_answered);
   if (!started.has_value()) return Error(v1::ERROR_REASON_SESSION_NOT_RESUMABLE, "the session is over");
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   session_ = opened.session;
   started_ = std::make_unique<v1::SessionStarted>(std::move(*started));
   return absl::OkStatus();
@@ -107,7 +107,7 @@ absl::Status FrameStream::Open() {
 void FrameStream::HandleLater() {
   std::shared_ptr<VehicleSession> session;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     session = session_;
   }
   if (request_.has_frame()) {
@@ -128,7 +128,7 @@ void FrameStream::HandleLater() {
 
 void FrameStream::End(absl::Status status) {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     // The first reason counts; that a write failed is still to be acted upon.
     if (ending_ == nullptr) ending_ = std::make_unique<absl::Status>(std::move(status));
   }
@@ -162,7 +162,7 @@ void FrameStream::Pump() {
   bool write = false;
   grpc::Status status;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (writing_ || finished_) return;
     if (ending_ == nullptr) write = ChooseWrite();
     if (!write && (ending_ == nullptr || opening_)) return;
@@ -181,7 +181,7 @@ void FrameStream::Pump() {
 
 void FrameStream::OnWriteDone(bool ok) {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     writing_ = false;
   }
   if (ok) {
@@ -196,7 +196,7 @@ void FrameStream::OnCancel() { End(absl::CancelledError("the stream is gone")); 
 void FrameStream::OnDone() {
   std::shared_ptr<VehicleSession> session;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     session = session_;
   }
   if (session != nullptr) runner_.context().sessions->OnStreamBroken(session, this);

@@ -6,10 +6,10 @@
 #include <grpcpp/support/server_callback.h>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
 #include "semmap/v1/session.pb.h"
 #include "server/rpc/call_runner.h"
 #include "server/vehicle_session.h"
+#include "slam/common/mutex.h"
 
 namespace semmap::server {
 
@@ -52,7 +52,7 @@ class FrameStream : public grpc::ServerBidiReactor<v1::StreamFramesRequest, v1::
   std::shared_ptr<FrameStream> self_;  // until OnDone
   v1::StreamFramesRequest request_;    // of the read under way
 
-  absl::Mutex mutex_;  // guards all below
+  Mutex mutex_;  // guards all below
   std::shared_ptr<VehicleSession> session_ ABSL_GUARDED_BY(mutex_);
   std::unique_ptr<v1::SessionStarted> started_ ABSL_GUARDED_BY(mutex_);  // to be written
   v1::StreamFramesResponse response_ ABSL_GUARDED_BY(mutex_);            // of the write under way

@@ -3,7 +3,7 @@
 namespace semmap {
 
 void TrajectoryCollector::OnDelta(MapDelta delta) {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   if (delta.reset) {
     keyframes_.clear();
     heirs_.clear();
@@ -51,7 +51,7 @@ std::optional<SE3> TrajectoryCollector::Locate(const FramePose& frame) const {
 }
 
 Trajectory TrajectoryCollector::Compose() const {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   Trajectory trajectory;
   for (const auto& [sequence, frame] : frames_) {
     const std::optional<SE3> map_from_camera = Locate(frame);
@@ -61,7 +61,7 @@ Trajectory TrajectoryCollector::Compose() const {
 }
 
 std::vector<uint64_t> TrajectoryCollector::Sequences() const {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   std::vector<uint64_t> sequences;
   for (const auto& [sequence, frame] : frames_) {
     if (Locate(frame)) sequences.push_back(sequence);

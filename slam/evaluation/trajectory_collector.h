@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
+#include "slam/common/mutex.h"
 #include "slam/evaluation/trajectory.h"
 #include "slam/map/map_delta.h"
 
@@ -32,7 +32,7 @@ class TrajectoryCollector : public MapDeltaSink {
   void Rescale(const KeyFramePose& moved) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   std::optional<SE3> Locate(const FramePose& frame) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   std::map<KeyFrameId, SE3> keyframes_ ABSL_GUARDED_BY(mutex_);
   std::map<KeyFrameId, Heir> heirs_ ABSL_GUARDED_BY(mutex_);
   std::map<uint64_t, FramePose> frames_ ABSL_GUARDED_BY(mutex_);

@@ -36,29 +36,29 @@ MapperQueue::MapperQueue(const SlamConfig& config, const MappingCamera& camera,
       capacity_(static_cast<size_t>(config.mapping.queue)),
       mapper_(config, camera, scale_info, std::move(vocabulary),
               [this](std::shared_ptr<const LocalMapView> view) {
-                absl::MutexLock lock(&mutex_);
+                MutexLock lock(&mutex_);
                 view_ = std::move(view);
               }) {}
 
 MapperQueue::~MapperQueue() {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   closing_ = true;
   steps_.clear();
   hurry_ = true;
   if (adjustment_) adjustment_->stop = true;
   const auto stopped = [this]()
                            ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !running_ && adjusting_ == 0; };
-  mutex_.Await(absl::Condition(&stopped));
+  mutex_.Await(stopped);
 }
 
 MapperState MapperQueue::State() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   return {view_, Backlog() == 0, steps_.size() < capacity_, recovering_, recovery_};
 }
 
 void MapperQueue::Push(TrackOutput* output) {
   if (output->frame_pose) {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (output->initial_pair) {
       // The first frame of the pair was not answered, but the map knows its pose now.
       const KeyFrameCandidate& first = output->initial_pair->first;
@@ -71,7 +71,7 @@ void MapperQueue::Push(TrackOutput* output) {
   if (output->keyframe) Enqueue(std::move(*output->keyframe));
   if (output->lost_frame) {
     {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       recovering_ = true;
     }
     Enqueue(RecoverStep{std::move(*output->lost_frame)});
@@ -83,7 +83,7 @@ void MapperQueue::Enqueue(Step step) {
     Run(step);
     return;
   }
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   if (closing_) return;
   steps_.push_back(std::move(step));
   hurry_ = true;
@@ -96,7 +96,7 @@ void MapperQueue::Drain() {
   while (true) {
     Step step;
     {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       if (steps_.empty()) {
         running_ = false;
         return;
@@ -112,7 +112,7 @@ void MapperQueue::Drain() {
 void MapperQueue::Run(const Step& step) {
   Stopwatch stopwatch;
   std::visit([this](const auto& content) { Run(content); }, step);
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   counts_.keyframes = static_cast<int>(mapper_.map().keyframes().size());
   counts_.points = static_cast<int>(mapper_.map().points().size());
   counts_.map_ms += stopwatch.LapMs();
@@ -132,7 +132,7 @@ void MapperQueue::Run(const InitialPair& pair) {
 void MapperQueue::Run(const ResetStep& /*reset*/) {
   mapper_.Reset();
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     frames_.clear();
   }
   Deliver(0);
@@ -140,7 +140,7 @@ void MapperQueue::Run(const ResetStep& /*reset*/) {
 
 void MapperQueue::Run(const RecoverStep& lost) {
   SessionMapper::RecoveryReport report = mapper_.Recover(lost.frame);
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   recovering_ = false;
   counts_.last_failure = report.failure;
   if (report.recovery == nullptr) {
@@ -167,7 +167,7 @@ void MapperQueue::CloseLoop() {
       closed->correction.fused_points);
   Deliver(0, Reach::kWholeMap);
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     ++counts_.loops;
   }
   if (loop_config_.full_adjustment) StartFullAdjustment();
@@ -181,14 +181,14 @@ void MapperQueue::StartFullAdjustment() {
     Run(ApplyStep{std::move(adjustment)});
     return;
   }
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   if (adjustment_) adjustment_->stop = true;
   adjustment_ = adjustment;
   ++adjusting_;
   executor_->ScheduleLong([this, adjustment] {
     adjustment->bundle->Solve(&adjustment->stop);
     if (!adjustment->stop) Enqueue(ApplyStep{adjustment});
-    absl::MutexLock finished(&mutex_);
+    MutexLock finished(&mutex_);
     --adjusting_;
   });
 }
@@ -198,14 +198,14 @@ void MapperQueue::Run(const ApplyStep& apply) {
   if (apply.adjustment->stop) return;
   mapper_.Apply(*apply.adjustment->bundle);
   Deliver(0, Reach::kWholeMap);
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   if (adjustment_ == apply.adjustment) adjustment_.reset();
 }
 
 void MapperQueue::Deliver(uint64_t up_to_sequence, Reach reach) {
   MapDelta delta = mapper_.TakeDelta();
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     Rescale(delta.moved_keyframes, &frames_);
   }
   delta.frames = TakeFrames(up_to_sequence);
@@ -221,7 +221,7 @@ void MapperQueue::Deliver(uint64_t up_to_sequence, Reach reach) {
 
 std::vector<FramePose> MapperQueue::TakeFrames(uint64_t up_to_sequence) {
   std::vector<FramePose> taken;
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   while (!frames_.empty() && frames_.front().sequence <= up_to_sequence) {
     if (Resolve(&frames_.front())) taken.push_back(frames_.front());
     frames_.pop_front();
@@ -240,11 +240,11 @@ bool MapperQueue::Resolve(FramePose* frame) const {
 }
 
 void MapperQueue::WaitForBacklog(size_t backlog) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto done = [this, backlog]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     return Backlog() <= backlog && (backlog > 0 || adjusting_ == 0);
   };
-  mutex_.Await(absl::Condition(&done));
+  mutex_.Await(done);
 }
 
 void MapperQueue::Finish() {
@@ -253,7 +253,7 @@ void MapperQueue::Finish() {
 }
 
 MapperQueue::Counts MapperQueue::counts() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   return counts_;
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
+#include "slam/common/mutex.h"
 #include "slam/map/map_delta.h"
 #include "slam/pipeline/correction_log.h"
 #include "slam/pipeline/executor.h"
@@ -91,7 +91,7 @@ class MapperQueue {
   // True while another keyframe waits: the running step should hurry.
   std::atomic<bool> hurry_ = false;
 
-  mutable absl::Mutex mutex_;  // guards what tracker, mapper and long tasks exchange
+  mutable Mutex mutex_;  // guards what tracker, mapper and long tasks exchange
   std::deque<Step> steps_ ABSL_GUARDED_BY(mutex_);
   bool running_ ABSL_GUARDED_BY(mutex_) = false;
   bool closing_ ABSL_GUARDED_BY(mutex_) = false;

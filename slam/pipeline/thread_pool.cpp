@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
+#include "slam/common/mutex.h"
 #include "slam/pipeline/executor.h"
 
 namespace semmap {
@@ -17,7 +17,7 @@ class Workers {
   }
   ~Workers() {
     {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       closing_ = true;
     }
     for (std::thread& thread : threads_) thread.join();
@@ -26,7 +26,7 @@ class Workers {
   Workers& operator=(const Workers&) = delete;
 
   void Add(std::function<void()> task) {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     tasks_.push_back(std::move(task));
   }
 
@@ -37,8 +37,8 @@ class Workers {
     while (true) {
       std::function<void()> task;
       {
-        absl::MutexLock lock(&mutex_);
-        mutex_.Await(absl::Condition(this, &Workers::HasWork));
+        MutexLock lock(&mutex_);
+        mutex_.Await(&Workers::HasWork, this);
         if (tasks_.empty()) return;
         task = std::move(tasks_.front());
         tasks_.pop_front();
@@ -47,7 +47,7 @@ class Workers {
     }
   }
 
-  absl::Mutex mutex_;  // guards the queue
+  Mutex mutex_;  // guards the queue
   std::deque<std::function<void()>> tasks_ ABSL_GUARDED_BY(mutex_);
   bool closing_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;

@@ -32,7 +32,7 @@ Checkpointer::Checkpointer(std::unique_ptr<Connection> connection)
 
 Checkpointer::~Checkpointer() {
   {
-    absl::MutexLock lock(&wake_mutex_);
+    MutexLock lock(&wake_mutex_);
     stopping_ = true;
   }
   thread_.join();
@@ -47,16 +47,17 @@ int Checkpointer::OnCommit(void* self, sqlite3* database, const char* /*schema*/
   // Whether this works out or not, the commit stands.
   if (pages_in_log >= kPagesAtMost) Checkpoint(database);
   auto* checkpointer = static_cast<Checkpointer*>(self);
-  absl::MutexLock lock(&checkpointer->wake_mutex_);
+  MutexLock lock(&checkpointer->wake_mutex_);
   checkpointer->wanted_ = true;
   return SQLITE_OK;
 }
 
 void Checkpointer::Run() {
-  const auto has_work = [this]() ABSL_SHARED_LOCKS_REQUIRED(wake_mutex_) { return wanted_ || stopping_; };
+  const auto has_work = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(wake_mutex_) { return wanted_ || stopping_; };
   while (true) {
     {
-      absl::MutexLock lock(&wake_mutex_, absl::Condition(&has_work));
+      MutexLock lock(&wake_mutex_);
+      wake_mutex_.Await(has_work);
       if (stopping_) return;
       wanted_ = false;
     }

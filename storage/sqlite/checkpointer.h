@@ -5,7 +5,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
-#include "absl/synchronization/mutex.h"
+#include "slam/common/mutex.h"
 #include "storage/sqlite/connection.h"
 
 namespace semmap::storage::sqlite {
@@ -31,7 +31,7 @@ class Checkpointer {
   void Run();
 
   const std::unique_ptr<Connection> connection_;  // used by thread_ only
-  absl::Mutex wake_mutex_;
+  Mutex wake_mutex_;
   bool wanted_ ABSL_GUARDED_BY(wake_mutex_) = false;
   bool stopping_ ABSL_GUARDED_BY(wake_mutex_) = false;
   std::thread thread_;

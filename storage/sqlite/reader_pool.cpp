@@ -41,10 +41,9 @@ absl::StatusOr<ReaderPool::Lease> ReaderPool::Read() {
 
 absl::StatusOr<std::unique_ptr<Connection>> ReaderPool::Take() {
   {
-    absl::MutexLock lock(&idle_mutex_);
-    const auto can_lend = [this]() ABSL_SHARED_LOCKS_REQUIRED(idle_mutex_) { return CanLend(); };
-    if (!idle_mutex_.AwaitWithTimeout(absl::Condition(&can_lend),
-                                      absl::Milliseconds(options_.busy_timeout_ms))) {
+    MutexLock lock(&idle_mutex_);
+    const absl::Duration timeout = absl::Milliseconds(options_.busy_timeout_ms);
+    if (!idle_mutex_.AwaitWithTimeout(timeout, &ReaderPool::CanLend, this)) {
       return absl::UnavailableError(
           absl::StrCat("all ", max_connections_, " readers of the database are busy"));
     }
@@ -61,7 +60,7 @@ absl::StatusOr<std::unique_ptr<Connection>> ReaderPool::Take() {
 }
 
 void ReaderPool::GiveBack(std::unique_ptr<Connection> connection) {
-  absl::MutexLock lock(&idle_mutex_);
+  MutexLock lock(&idle_mutex_);
   --lent_;
   if (connection != nullptr) idle_.push_back(std::move(connection));
 }

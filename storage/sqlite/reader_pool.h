@@ -5,8 +5,8 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "slam/common/mutex.h"
 #include "storage/sqlite/connection.h"
 #include "storage/sqlite/transaction.h"
 
@@ -41,7 +41,7 @@ class ReaderPool {
   absl::StatusOr<Lease> Read();
 
  private:
-  bool CanLend() const ABSL_SHARED_LOCKS_REQUIRED(idle_mutex_) {
+  bool CanLend() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(idle_mutex_) {
     return !idle_.empty() || lent_ < max_connections_;
   }
   absl::StatusOr<std::unique_ptr<Connection>> Take();
@@ -49,7 +49,7 @@ class ReaderPool {
 
   const ConnectionOptions options_;
   const int max_connections_;
-  absl::Mutex idle_mutex_;
+  Mutex idle_mutex_;
   std::vector<std::unique_ptr<Connection>> idle_ ABSL_GUARDED_BY(idle_mutex_);
   int lent_ ABSL_GUARDED_BY(idle_mutex_) = 0;
 };

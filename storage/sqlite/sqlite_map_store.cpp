@@ -8,7 +8,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
-#include "absl/synchronization/mutex.h"
+#include "slam/common/mutex.h"
 #include "slam/common/status_macros.h"
 #include "storage/sqlite/checkpointer.h"
 #include "storage/sqlite/connection.h"
@@ -170,7 +170,7 @@ class SqliteMapStore final : public MapStore {
   // succeeds.
   template <typename Work>
   auto Write(Work&& work) -> decltype(work(std::declval<Connection&>())) {
-    absl::MutexLock lock(&writer_mutex_);
+    MutexLock lock(&writer_mutex_);
     SEMMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(*writer_, Transaction::Kind::kWrite));
     auto result = work(*writer_);
     SEMMAP_RETURN_IF_ERROR(StatusOf(result));
@@ -205,7 +205,7 @@ class SqliteMapStore final : public MapStore {
   }
 
   const std::unique_ptr<Checkpointer> checkpointer_;
-  absl::Mutex writer_mutex_;
+  Mutex writer_mutex_;
   const std::unique_ptr<Connection> writer_ ABSL_PT_GUARDED_BY(writer_mutex_);
   ReaderPool readers_;
 };

@@ -80,7 +80,7 @@ void UnitTimer::Offer(const cv::Mat& image) {
 
 void MeasuringSink::OnDelta(MapDelta delta) {
   {
-    const absl::MutexLock lock(&mutex_);
+    const MutexLock lock(&mutex_);
     if (delta.reset) {
       keyframe_bytes_.clear();
       point_bytes_.clear();
@@ -103,12 +103,12 @@ void MeasuringSink::ApplyPoints(const MapDelta& delta) {
 }
 
 double MeasuringSink::BytesPerKeyFrame() const {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return MeanValue(keyframe_bytes_);
 }
 
 double MeasuringSink::BytesPerPoint() const {
-  const absl::MutexLock lock(&mutex_);
+  const MutexLock lock(&mutex_);
   return MeanValue(point_bytes_);
 }
 

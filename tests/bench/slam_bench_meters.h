@@ -8,7 +8,7 @@
 #include <opencv2/features2d.hpp>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/synchronization/mutex.h"
+#include "slam/common/mutex.h"
 #include "slam/evaluation/trajectory_collector.h"
 #include "slam/map/map_delta.h"
 
@@ -54,7 +54,7 @@ class MeasuringSink : public MapDeltaSink {
   void ApplyPoints(const MapDelta& delta) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   TrajectoryCollector collector_;
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   std::unordered_map<KeyFrameId, size_t, IdHash> keyframe_bytes_ ABSL_GUARDED_BY(mutex_);
   std::unordered_map<MapPointId, size_t, IdHash> point_bytes_ ABSL_GUARDED_BY(mutex_);
 };

@@ -5,12 +5,12 @@
 
 #include <gtest/gtest.h>
 
-#include "absl/synchronization/mutex.h"
 #include "client/client.h"
 #include "client/drive.h"
 #include "client/errors.h"
 #include "kitti_frames.h"
 #include "server_process.h"
+#include "slam/common/mutex.h"
 
 namespace semmap {
 namespace {
@@ -124,11 +124,11 @@ TEST_F(ServerE2eTest, AMapOutlivesTheServer) {
 
 TEST_F(ServerE2eTest, StoppedInTheMiddleItStoresWhatWasAnswered) {
   ServerProcess server(ConfigFile("semmapd.yaml"), data_);
-  absl::Mutex mutex;
+  Mutex mutex;
   std::vector<uint64_t> tracked;
   client::DriveObserver observer;
   observer.on_estimate = [&](const v1::FrameEstimate& estimate) {
-    absl::MutexLock lock(&mutex);
+    MutexLock lock(&mutex);
     if (estimate.state() == v1::TRACKING_STATE_TRACKING) tracked.push_back(estimate.sequence());
   };
   client::DriveOptions options = OptionsFor("street", v1::SENSOR_TYPE_STEREO);
@@ -148,16 +148,16 @@ TEST_F(ServerE2eTest, StoppedInTheMiddleItStoresWhatWasAnswered) {
 }
 
 TEST_F(ServerE2eTest, KilledItKeepsWhatItAcknowledged) {
-  absl::Mutex mutex;
+  Mutex mutex;
   uint64_t acknowledged = 0;
   std::vector<uint64_t> tracked;
   client::DriveObserver observer;
   observer.on_acknowledgement = [&](const v1::Acknowledgement& acknowledgement) {
-    absl::MutexLock lock(&mutex);
+    MutexLock lock(&mutex);
     acknowledged = acknowledgement.sequence();
   };
   observer.on_estimate = [&](const v1::FrameEstimate& estimate) {
-    absl::MutexLock lock(&mutex);
+    MutexLock lock(&mutex);
     if (estimate.state() == v1::TRACKING_STATE_TRACKING) tracked.push_back(estimate.sequence());
   };
   std::string session;

@@ -7,12 +7,12 @@
 
 #include <gtest/gtest.h>
 
-#include "absl/synchronization/mutex.h"
 #include "client/client.h"
 #include "client/connection.h"
 #include "client/drive.h"
 #include "client/errors.h"
 #include "server/rpc/server.h"
+#include "slam/common/mutex.h"
 #include "tests/unit/server/fake_session.h"
 #include "tests/unit/server/temporary_store.h"
 
@@ -122,26 +122,26 @@ class Recorder {
   client::DriveObserver Observer() {
     client::DriveObserver observer;
     observer.on_estimate = [this](const v1::FrameEstimate& estimate) {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       estimates_.push_back(estimate);
     };
     observer.on_dropped = [this](const v1::FramesDropped& dropped) {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       dropped_.insert(dropped_.end(), dropped.sequences().begin(), dropped.sequences().end());
     };
     observer.on_acknowledgement = [this](const v1::Acknowledgement& acknowledgement) {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       acknowledged_.push_back(acknowledgement.sequence());
     };
     observer.on_resumed = [this](const v1::SessionStarted&) {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       ++resumes_;
     };
     return observer;
   }
 
   std::vector<v1::FrameEstimate> estimates() const {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     return estimates_;
   }
   std::vector<uint64_t> answered() const {
@@ -150,20 +150,20 @@ class Recorder {
     return sequences;
   }
   std::vector<uint64_t> dropped() const {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     return dropped_;
   }
   std::vector<uint64_t> acknowledged() const {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     return acknowledged_;
   }
   int resumes() const {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     return resumes_;
   }
 
  private:
-  mutable absl::Mutex mutex_;  // guards all below
+  mutable Mutex mutex_;  // guards all below
   std::vector<v1::FrameEstimate> estimates_;
   std::vector<uint64_t> dropped_;
   std::vector<uint64_t> acknowledged_;

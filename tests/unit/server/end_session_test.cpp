@@ -1,6 +1,6 @@
-#include "absl/synchronization/notification.h"
 #include "handler_fixture.h"
 #include "server/handlers/session_handlers.h"
+#include "slam/common/notification.h"
 
 namespace semmap::server {
 namespace {
@@ -11,7 +11,7 @@ absl::StatusOr<v1::Session> EndAndWait(const ServiceContext& context, const std:
   v1::EndSessionRequest request;
   request.set_name(name);
   absl::StatusOr<v1::Session> result = absl::InternalError("not called");
-  absl::Notification done;
+  Notification done;
   EndSession(context, request, [&](absl::StatusOr<v1::Session> session) {
     result = std::move(session);
     done.Notify();

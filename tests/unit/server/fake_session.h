@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "absl/synchronization/mutex.h"
 #include "server/vehicle_session.h"
+#include "slam/common/mutex.h"
 #include "slam/pipeline/session.h"
 
 namespace semmap::server {
@@ -14,18 +14,18 @@ namespace semmap::server {
 class FrameGate {
  public:
   void Close() {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     open_ = false;
   }
   void Open() {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     open_ = true;
   }
   // Of a session: enters a frame and waits until the gate is open.
   void Pass(uint64_t sequence) {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     seen_.push_back(sequence);
-    mutex_.Await(absl::Condition(&open_));
+    mutex_.Await([this] { return open_; });
   }
   // Until `count` frames have come to the gate; false after ten seconds.
   bool WaitForFrames(size_t count) {
@@ -33,16 +33,16 @@ class FrameGate {
       mutex_.AssertHeld();
       return seen_.size() >= count;
     };
-    absl::MutexLock lock(&mutex_);
-    return mutex_.AwaitWithTimeout(absl::Condition(&enough), absl::Seconds(10));
+    MutexLock lock(&mutex_);
+    return mutex_.AwaitWithTimeout(absl::Seconds(10), enough);
   }
   std::vector<uint64_t> seen() const {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     return seen_;
   }
 
  private:
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   bool open_ = true;
   std::vector<uint64_t> seen_;
 };

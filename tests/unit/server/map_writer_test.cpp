@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "absl/synchronization/notification.h"
 #include "absl/time/time.h"
+#include "slam/common/notification.h"
 
 namespace semmap::server {
 namespace {
@@ -23,8 +23,8 @@ TEST(MapWriter, RunsJobsInOrderAndFinishesThem) {
 }
 
 TEST(MapWriter, AFullQueueMakesItsCallerWait) {
-  absl::Notification started;
-  absl::Notification release;
+  Notification started;
+  Notification release;
   MapWriter writer(2);
   writer.Post([&] {
     started.Notify();
@@ -33,7 +33,7 @@ TEST(MapWriter, AFullQueueMakesItsCallerWait) {
   started.WaitForNotification();
   writer.Post([] {});
   writer.Post([] {});
-  absl::Notification posted;
+  Notification posted;
   std::thread poster([&] {
     writer.Post([] {});
     posted.Notify();

@@ -4,14 +4,14 @@
 
 #include <gtest/gtest.h>
 
-#include "absl/synchronization/notification.h"
+#include "slam/common/notification.h"
 
 namespace semmap::server {
 namespace {
 
 TEST(Timer, CallsInTheOrderOfTime) {
   std::vector<int> order;
-  absl::Notification done;
+  Notification done;
   Timer timer;
   timer.After(absl::Milliseconds(60), [&] {
     order.push_back(2);

@@ -2,8 +2,8 @@
 #include <atomic>
 #include <thread>
 
-#include "absl/synchronization/notification.h"
 #include "delta_generator.h"
+#include "slam/common/notification.h"
 #include "storage_test_support.h"
 
 namespace semmap::storage {
@@ -77,8 +77,8 @@ TEST_F(MapStoreConcurrency, ReadersSeeWholeDeltas) {
 TEST_F(MapStoreConcurrency, ReaderInItsVisitorBlocksNoWriter) {
   const auto [map, session] = Start("a");
   Drive(map, session, 1);
-  absl::Notification reading;
-  absl::Notification written;
+  Notification reading;
+  Notification written;
   std::thread reader([&, id = map] {
     size_t seen = 0;
     const absl::Status status = store_->ForEachMapPoint(id, {}, [&](const MapPointRecord&) {
