@@ -10,6 +10,7 @@
 #include "server/error_reasons.h"
 #include "server/frame_decoder.h"
 #include "server/names.h"
+#include "server/pose_conversion.h"
 #include "server/rig_conversion.h"
 #include "server/session_conversion.h"
 
