@@ -11,7 +11,7 @@ packages=(
   # the simulated town: off-screen OpenGL without a display
   libepoxy-dev libegl-dev libglm-dev libegl1 libegl-mesa0 libgl1-mesa-dri
   # tests
-  libgtest-dev libgmock-dev libbenchmark-dev
+  libgtest-dev libgmock-dev libbenchmark-dev libfaiss-dev
 )
 
 missing=()

@@ -17,6 +17,7 @@ void AddCommands(CLI::App& app, Action* action) {
   AddKeyFramesCommand(app, action);
   AddTrajectoryCommand(app, action);
   AddEvalCommand(app, action);
+  AddTrainVocabularyCommand(app, action);
 }
 
 int RunAction(const Action& action, const Console& console) {

@@ -22,6 +22,7 @@ void AddPointsCommand(CLI::App& parent, Action* action);
 void AddKeyFramesCommand(CLI::App& parent, Action* action);
 void AddTrajectoryCommand(CLI::App& parent, Action* action);
 void AddEvalCommand(CLI::App& parent, Action* action);
+void AddTrainVocabularyCommand(CLI::App& parent, Action* action);
 
 // The program `semmap` without its name; returns the exit code: 0 done, 1 failed, 2 called in a wrong way.
 int RunCommandLine(std::vector<std::string> arguments, const Console& console);

@@ -38,6 +38,8 @@ class PlaceIndex {
   // Does nothing if it is not there.
   void Remove(KeyFrameId keyframe);
   void Clear();
+  // For the queries that follow.
+  void SetLimits(const PlaceQueryLimits& limits) { limits_ = limits; }
 
   // Null if it is not there; valid until the keyframe is removed or replaced.
   const BagOfWords* Find(KeyFrameId keyframe) const;
