@@ -10,6 +10,7 @@
 #include "server/logging.h"
 #include "server/rpc/server.h"
 #include "slam/pipeline/session.h"
+#include "slam/place/vocabulary.h"
 
 namespace {
 
@@ -49,6 +50,15 @@ absl::StatusOr<Config> ReadConfig(const Options& options) {
   return config;
 }
 
+// Sessions share one vocabulary.
+semmap::server::SlamSessionFactory MakeSessionFactory(
+    const std::shared_ptr<const semmap::Vocabulary>& vocabulary) {
+  return [vocabulary](const semmap::SlamConfig& config, const semmap::CameraRig& rig,
+                      semmap::MapDeltaSink* sink, semmap::Executor* executor) {
+    return semmap::Session::Create(config, rig, sink, executor, vocabulary);
+  };
+}
+
 int Fail(const absl::Status& status) {
   std::fprintf(stderr, "semmapd: %s\n", std::string(status.message()).c_str());
   return 1;
@@ -59,7 +69,9 @@ int Run(const Options& options) {
   const auto config = ReadConfig(options);
   if (!config.ok()) return Fail(config.status());
   semmap::server::SetUpLogging(config->server.log_level);
-  auto server = Server::Start(*config, &semmap::Session::Create);
+  const auto vocabulary = semmap::LoadVocabulary(config->slam.place);
+  if (!vocabulary.ok()) return Fail(vocabulary.status());
+  auto server = Server::Start(*config, MakeSessionFactory(*vocabulary));
   if (!server.ok()) return Fail(server.status());
   std::printf("listening on %s\n", (*server)->address().c_str());
   std::fflush(stdout);

@@ -67,22 +67,23 @@ int MatchLocalMap(const LocalMapView& view, const SE3& camera_from_map, const Se
   const Eigen::Matrix3d rotation = camera_from_map.RotationMatrix();
   const Eigen::Vector3d center = camera_from_map.Inverse().translation();
   const auto is_free = [&](int keypoint) { return (*matches)[keypoint] < 0; };
-  int found = 0;
+  int expected_points = 0;
   for (size_t i = 0; i < view.size(); ++i) {
     if (matched[i]) {
       ++counters->visible[i];
+      ++expected_points;
       continue;
     }
     const Expected expected = Predict(view, i, camera_from_map, rotation, center, search);
     if (!expected.visible) continue;
     ++counters->visible[i];
+    ++expected_points;
     const WindowMatch best = FindInWindow(image, expected.window, is_free);
     if (best.keypoint < 0 || best.distance > kLooseDistance || !best.IsDistinct(search.distinct_ratio))
       continue;
     (*matches)[best.keypoint] = static_cast<int32_t>(i);
-    ++found;
   }
-  return found;
+  return expected_points;
 }
 
 }  // namespace semmap

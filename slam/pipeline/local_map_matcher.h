@@ -30,7 +30,7 @@ struct ProjectionSearch {
 // Projects every point of the view that `matches` does not hold yet, and pairs it with the best free keypoint
 // near its projection. Points must face the camera (within 60 degrees of the mean viewing direction) and be
 // at a distance at which their corner exists on the pyramid. Counts expected points in `counters`. Returns
-// the number of new matches.
+// how many were expected, those matched before included.
 int MatchLocalMap(const LocalMapView& view, const SE3& camera_from_map, const SearchImage& image,
                   const ProjectionSearch& search, SightingCounters* counters, ViewMatches* matches);
 

@@ -138,8 +138,9 @@ void MapperQueue::Run(const ResetStep& /*reset*/) {
   Deliver(0);
 }
 
-void MapperQueue::Run(const RecoverStep& lost) {
-  SessionMapper::RecoveryReport report = mapper_.Recover(lost.frame);
+void MapperQueue::Run(const RecoverStep& recover) {
+  const TrackedFrame& frame = recover.lost.frame;
+  SessionMapper::RecoveryReport report = mapper_.Recover(recover.lost);
   MutexLock lock(&mutex_);
   recovering_ = false;
   counts_.last_failure = report.failure;
@@ -150,9 +151,9 @@ void MapperQueue::Run(const RecoverStep& lost) {
   ++counts_.recoveries;
   recovery_ = std::move(report.recovery);
   // The vehicle was told that this frame is lost, but the trajectory need not have the gap.
-  if (!frames_.empty() && frames_.back().sequence >= lost.frame.sequence) return;
+  if (!frames_.empty() && frames_.back().sequence >= frame.sequence) return;
   const KeyFrame& reference = *mapper_.map().FindKeyFrame(recovery_->reference);
-  frames_.push_back({lost.frame.sequence, lost.frame.timestamp, reference.id,
+  frames_.push_back({frame.sequence, frame.timestamp, reference.id,
                      reference.camera_from_map * recovery_->frame.camera_from_map.Inverse()});
 }
 

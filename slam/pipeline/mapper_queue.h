@@ -57,7 +57,7 @@ class MapperQueue {
   };
   struct ResetStep {};
   struct RecoverStep {
-    TrackedFrame frame;
+    LostFrame lost;
   };
   struct ApplyStep {
     std::shared_ptr<FullAdjustment> adjustment;
@@ -70,7 +70,7 @@ class MapperQueue {
   void Run(const KeyFrameCandidate& candidate);
   void Run(const InitialPair& pair);
   void Run(const ResetStep& reset);
-  void Run(const RecoverStep& lost);
+  void Run(const RecoverStep& recover);
   void Run(const ApplyStep& apply);
   void CloseLoop();
   void StartFullAdjustment();

@@ -7,7 +7,14 @@
 
 namespace semmap {
 
-// A frame of a lost tracker that was found in the map after all: with its pose, and the points that its
+// A frame whose place the tracker does not know, or doubts.
+struct LostFrame {
+  TrackedFrame frame;
+  // Points that agree with the pose it has; another place must do better by half.
+  int inliers = 0;
+};
+
+// Such a frame that was found in the map after all: with its pose, and the points that its
 // keypoints see.
 struct Recovery {
   TrackedFrame frame;

@@ -1,6 +1,12 @@
 #include "slam/pipeline/session_mapper.h"
 
 namespace semmap {
+namespace {
+
+// So many times the inliers of the place that is doubted.
+constexpr double kBetter = 1.5;
+
+}  // namespace
 
 SessionMapper::SessionMapper(const SlamConfig& config, const MappingCamera& camera,
                              const ScalePyramidInfo& scale_info, std::shared_ptr<const Vocabulary> vocabulary,
@@ -35,10 +41,12 @@ std::optional<LoopCloser::Result> SessionMapper::CloseLoop() {
   return closed;
 }
 
-SessionMapper::RecoveryReport SessionMapper::Recover(const TrackedFrame& frame) {
+SessionMapper::RecoveryReport SessionMapper::Recover(const LostFrame& lost) {
+  const TrackedFrame& frame = lost.frame;
   const Relocalization found =
       relocalizer_.Relocalize(map(), places_, camera_, {*frame.features, *frame.grid}, 0);
   if (!found.fix) return {nullptr, found.failure};
+  if (found.fix->inliers <= kBetter * lost.inliers) return {nullptr, LocalizationFailure::kTooFewInliers};
   auto recovery = std::make_shared<Recovery>();
   recovery->frame = frame;
   recovery->frame.camera_from_map = found.fix->camera_from_map;

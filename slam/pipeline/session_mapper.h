@@ -36,7 +36,7 @@ class SessionMapper {
     LocalizationFailure failure = LocalizationFailure::kNone;
   };
   // Looks for the frame anywhere in the map; if it is found the published view moves there.
-  RecoveryReport Recover(const TrackedFrame& frame);
+  RecoveryReport Recover(const LostFrame& lost);
 
   // A copy of the whole map to be adjusted elsewhere, and its way back.
   std::shared_ptr<FullBundle> PrepareFullBundle() const;

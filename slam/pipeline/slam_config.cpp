@@ -8,6 +8,8 @@ namespace semmap {
 void TrackingConfig::Read(ConfigReader& reader) {
   reader.Number("min_inliers", &min_inliers, 6, 1000);
   reader.Number("min_inliers_map", &min_inliers_map, 6, 1000);
+  reader.Number("min_inlier_share", &min_inlier_share, 0.0, 1.0);
+  reader.Number("doubtful_inlier_share", &doubtful_inlier_share, 0.0, 1.0);
   reader.Number("close_depth_in_baselines", &close_depth_in_baselines, 1.0, 1000.0);
   reader.Number("max_keyframe_interval_s", &max_keyframe_interval_s, 0.0, 60.0);
   reader.Number("min_keyframe_interval_s", &min_keyframe_interval_s, 0.0, 60.0);

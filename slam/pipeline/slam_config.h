@@ -14,6 +14,10 @@ struct TrackingConfig {
   // Matched points with which a frame counts as tracked at all, and with which a local map match is good.
   int min_inliers = 15;
   int min_inliers_map = 30;
+  // Inliers among the points that should be in sight: below the first share a frame does not count as
+  // tracked, below the second the place is looked for elsewhere, too.
+  double min_inlier_share = 0.1;
+  double doubtful_inlier_share = 0.25;
   // Depth is trusted for scale up to this many baselines.
   double close_depth_in_baselines = 40;
   // A keyframe is made at the latest, and at the earliest (unless urgent), after these times if tracking

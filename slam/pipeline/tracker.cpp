@@ -14,6 +14,8 @@ constexpr int kMinInitialDepthPoints = 100;
 // Established: seen by two keyframes, as every triangulated point is once; what one of them lost again does
 // not count.
 constexpr uint32_t kEstablishedViews = 2;
+// Doubt that was unfounded is not raised again for so many frames.
+constexpr int kFramesBetweenDoubts = 10;
 
 KeyFrameCandidate ToCandidate(KeyFrameId id, const TrackedFrame& frame) {
   KeyFrameCandidate candidate;
@@ -92,7 +94,8 @@ void Tracker::RefreshLastPose() {
 
 // The next frame is tracked from the one that was found, as if it had never been lost.
 void Tracker::AdoptRecovery(const Recovery* recovery) {
-  if (state_ != TrackingState::kLost || recovery == nullptr || view_ == nullptr ||
+  // While tracking, only what was asked for in doubt comes, and only if it is better.
+  if (state_ == TrackingState::kInitializing || recovery == nullptr || view_ == nullptr ||
       recovery->frame.sequence <= recovered_sequence_) {
     return;
   }
@@ -171,22 +174,25 @@ void Tracker::TrackInMap(TrackedFrame frame, const MapperState& mapper, TrackOut
   const bool was_lost = state_ == TrackingState::kLost;
   matches_.assign(frame.features->size(), -1);
   depth_matches_.assign(frame.features->size(), std::nullopt);
-  const bool found = FindInitialPose(&frame);
-  if (!found || !TrackLocalMap(&frame, &output->result)) {
+  if (!Locate(&frame, &output->result)) {
     HandleLoss(frame, mapper, output);
     return;
   }
   state_ = TrackingState::kTracking;
   CountSightings();
-  // After a loss the first good frame says nothing about velocity.
+  // After a loss or a leap the first good frame says nothing about velocity.
   velocity_.reset();
-  if (last_ && !was_lost) velocity_ = frame.camera_from_map * last_->camera_from_map.Inverse();
+  if (last_ && !was_lost && !relocalizing_) velocity_ = frame.camera_from_map * last_->camera_from_map.Inverse();
   const ViewKeyFrame& reference = view_->reference();
   output->result.map_from_camera = frame.camera_from_map.Inverse();
   FramePose pose{frame.sequence, frame.timestamp, reference.id,
                  reference.camera_from_map * frame.camera_from_map.Inverse()};
   last_keyframe_ = KeyFrameId();
-  if (IsKeyFrameNeeded(config_.tracking, GatherEvidence(frame, mapper, output->result.inliers))) {
+  AskIfDoubtful(frame, mapper, output);
+  // A keyframe at a wrong place would spoil the map.
+  const bool trusted = !doubtful_ || !mapper.recovering;
+  if (trusted && !output->lost_frame &&
+      IsKeyFrameNeeded(config_.tracking, GatherEvidence(frame, mapper, output->result.inliers))) {
     output->keyframe = MakeCandidate(frame);
     output->result.is_keyframe = true;
     last_keyframe_ = output->keyframe->id;
@@ -203,7 +209,7 @@ void Tracker::HandleLoss(const TrackedFrame& frame, const MapperState& mapper, T
   velocity_.reset();
   output->result.inliers = 0;
   if (view_->map_keyframes > kDisposableKeyFrames) {
-    if (!mapper.recovering) output->lost_frame = frame;
+    if (!mapper.recovering) output->lost_frame = {frame, 0};
     return;
   }
   if (!mapper.idle) return;
@@ -214,6 +220,17 @@ void Tracker::HandleLoss(const TrackedFrame& frame, const MapperState& mapper, T
   sightings_.clear();
   monocular_initializer_.Reset();
   if (builder_.rig().sensor == SensorType::kMono) monocular_initializer_.Add(frame);
+}
+
+// Much of what should be in sight is not found: perhaps the vehicle is somewhere else, where more would be.
+void Tracker::AskIfDoubtful(const TrackedFrame& frame, const MapperState& mapper, TrackOutput* output) {
+  if (!doubtful_) {
+    frames_since_asked_ = kFramesBetweenDoubts;
+    return;
+  }
+  if (mapper.recovering || frames_since_asked_++ < kFramesBetweenDoubts) return;
+  frames_since_asked_ = 0;
+  output->lost_frame = {frame, output->result.inliers};
 }
 
 void Tracker::Remember(TrackedFrame frame) {

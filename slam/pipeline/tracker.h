@@ -35,7 +35,7 @@ struct TrackOutput {
   std::optional<KeyFrameCandidate> keyframe;
   std::optional<InitialPair> initial_pair;  // monocular: the map begins
   bool reset_map = false;                   // lost before the map was worth keeping
-  std::optional<TrackedFrame> lost_frame;   // to be looked for in the whole map
+  std::optional<LostFrame> lost_frame;      // to be looked for in the whole map
 };
 
 // Finds the camera of each frame in the local map and decides which frames to keep. Reads the map through
@@ -68,6 +68,7 @@ class Tracker {
   void InitializeMonocular(TrackedFrame frame, TrackOutput* output);
 
   void TrackInMap(TrackedFrame frame, const MapperState& mapper, TrackOutput* output);
+  bool Locate(TrackedFrame* frame, FrameResult* result);
   bool FindInitialPose(TrackedFrame* frame);
   bool TrackFromLastFrame(TrackedFrame* frame);
   bool TrackFromKeyFrame(const ViewKeyFrame& keyframe, TrackedFrame* frame);
@@ -83,6 +84,7 @@ class Tracker {
   void GatherObservations(const TrackedFrame& frame);
 
   void HandleLoss(const TrackedFrame& frame, const MapperState& mapper, TrackOutput* output);
+  void AskIfDoubtful(const TrackedFrame& frame, const MapperState& mapper, TrackOutput* output);
   void Remember(TrackedFrame frame);
   KeyFrameEvidence GatherEvidence(const TrackedFrame& frame, const MapperState& mapper, int inliers) const;
   KeyFrameCandidate MakeCandidate(const TrackedFrame& frame);
@@ -109,6 +111,11 @@ class Tracker {
   TimestampNs last_keyframe_time_ = 0;
   uint64_t next_keyframe_id_ = 1;
   bool relocalizing_ = false;
+  // Of the current frame: inliers among the points that should be in sight, and whether these are
+  // suspiciously few.
+  double inlier_share_ = 0;
+  bool doubtful_ = false;
+  int frames_since_asked_ = 0;
   // Frame of the last recovery that was taken up.
   uint64_t recovered_sequence_ = 0;
 

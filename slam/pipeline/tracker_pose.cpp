@@ -26,6 +26,7 @@ bool Tracker::FindInitialPose(TrackedFrame* frame) {
   Stopwatch stopwatch;
   const double optimize_before = times_.optimize_ms;
   relocalizing_ = false;
+  inlier_share_ = 0;
   bool found = false;
   if (state_ != TrackingState::kLost && last_) {
     found = TrackFromLastFrame(frame);
@@ -37,6 +38,30 @@ bool Tracker::FindInitialPose(TrackedFrame* frame) {
   if (!found) found = relocalizing_ = Relocalize(frame);
   times_.match_ms += stopwatch.LapMs() - (times_.optimize_ms - optimize_before);
   return found;
+}
+
+bool Tracker::Locate(TrackedFrame* frame, FrameResult* result) {
+  const bool found = FindInitialPose(frame) && TrackLocalMap(frame, result);
+  doubtful_ = inlier_share_ < config_.tracking.doubtful_inlier_share;
+  if (relocalizing_ || (found && !doubtful_)) return found;
+  // Far points alone fit a pose that is metres off. What the near keyframes say counts if more agrees with
+  // it.
+  const SE3 camera_from_map = frame->camera_from_map;
+  const FrameResult first = *result;
+  const ViewMatches first_matches = matches_;
+  const double first_share = inlier_share_;
+  relocalizing_ = true;
+  if (Relocalize(frame) && TrackLocalMap(frame, result) && (!found || result->inliers > first.inliers)) {
+    doubtful_ = inlier_share_ < config_.tracking.doubtful_inlier_share;
+    return true;
+  }
+  if (!found) return false;
+  frame->camera_from_map = camera_from_map;
+  *result = first;
+  matches_ = first_matches;
+  inlier_share_ = first_share;
+  relocalizing_ = false;
+  return true;
 }
 
 // --- from the last frame
@@ -192,12 +217,13 @@ bool Tracker::TrackLocalMap(TrackedFrame* frame, FrameResult* result) {
   // Depth anchors are one noisy measurement each; from here on the map's points say more.
   std::fill(depth_matches_.begin(), depth_matches_.end(), std::nullopt);
   search_.radius = relocalizing_ ? kMapRadiusAfterLoss : kMapRadius;
-  MatchLocalMap(*view_, frame->camera_from_map, {*frame->features, *frame->grid}, search_, &counters_,
-                &matches_);
+  const int expected = MatchLocalMap(*view_, frame->camera_from_map, {*frame->features, *frame->grid},
+                                     search_, &counters_, &matches_);
   times_.match_ms += stopwatch.LapMs();
   result->inliers = OptimizeFrame(frame, &result->covariance);
+  inlier_share_ = result->inliers / std::max(1.0, static_cast<double>(expected));
   const int needed = relocalizing_ ? kMinRelocalizationInliers : config_.tracking.min_inliers_map;
-  return result->inliers >= needed;
+  return result->inliers >= needed && inlier_share_ >= config_.tracking.min_inlier_share;
 }
 
 void Tracker::GatherObservations(const TrackedFrame& frame) {

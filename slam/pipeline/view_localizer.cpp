@@ -51,9 +51,7 @@ class Localizer {
     search.radius = radius;
     SightingCounters counters;
     counters.visible.assign(view_.size(), 0);
-    MatchLocalMap(view_, fix_.camera_from_map, image_, search, &counters, &fix_.matches);
-    fix_.expected = static_cast<int>(std::count_if(counters.visible.begin(), counters.visible.end(),
-                                                   [](uint16_t times) { return times > 0; }));
+    fix_.expected = MatchLocalMap(view_, fix_.camera_from_map, image_, search, &counters, &fix_.matches);
     Refine();
   }
 

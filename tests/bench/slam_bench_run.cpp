@@ -18,20 +18,6 @@ double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-absl::StatusOr<FrameInput> DecodeFrame(const client::SourceFrame& frame) {
-  FrameInput input;
-  input.sequence = frame.sequence;
-  input.timestamp = frame.timestamp;
-  SEMMAP_ASSIGN_OR_RETURN(input.image, client::DecodeGray(frame.image));
-  if (!frame.right.empty()) {
-    SEMMAP_ASSIGN_OR_RETURN(input.right, client::DecodeGray(frame.right));
-  }
-  if (!frame.depth.empty()) {
-    SEMMAP_ASSIGN_OR_RETURN(input.depth, client::DecodeDepth(frame.depth));
-  }
-  return input;
-}
-
 // Lets a frame begin when its recording did.
 class Pacer {
  public:
@@ -117,6 +103,20 @@ absl::StatusOr<std::optional<double>> CompareWithTruth(const client::FrameSource
 }
 
 }  // namespace
+
+absl::StatusOr<FrameInput> DecodeFrame(const client::SourceFrame& frame) {
+  FrameInput input;
+  input.sequence = frame.sequence;
+  input.timestamp = frame.timestamp;
+  SEMMAP_ASSIGN_OR_RETURN(input.image, client::DecodeGray(frame.image));
+  if (!frame.right.empty()) {
+    SEMMAP_ASSIGN_OR_RETURN(input.right, client::DecodeGray(frame.right));
+  }
+  if (!frame.depth.empty()) {
+    SEMMAP_ASSIGN_OR_RETURN(input.depth, client::DecodeDepth(frame.depth));
+  }
+  return input;
+}
 
 absl::StatusOr<RunResult> RunOnce(const BenchOptions& options) {
   SEMMAP_ASSIGN_OR_RETURN(const std::unique_ptr<client::FrameSource> source,

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/sources/frame_source.h"
 #include "slam/evaluation/trajectory.h"
+#include "slam/pipeline/frame.h"
 #include "tests/bench/slam_bench_options.h"
 
 namespace semmap::bench {
@@ -47,6 +49,9 @@ struct RunResult {
   // Poses of the frames in the final map.
   Trajectory trajectory;
 };
+
+// The images of a frame as a session takes them.
+absl::StatusOr<FrameInput> DecodeFrame(const client::SourceFrame& frame);
 
 // Plays the recording through a Session in this process.
 absl::StatusOr<RunResult> RunOnce(const BenchOptions& options);
