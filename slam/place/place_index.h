@@ -46,9 +46,10 @@ class PlaceIndex {
 
   // The best `limit` keyframes by falling score, of equal ones the smaller id first. Keyframes of which
   // `excluded` says true, that score below min_score, or that share no word with the query are left out.
-  // `excluded` is asked only about keyframes that would otherwise be among the best, in no particular order,
-  // perhaps repeatedly. Scores and shared words are exact; within the limits given to the constructor the
-  // choice is too, beyond them it rests on the words that say most.
+  // `excluded` is asked only about keyframes that would otherwise be among the best, in no particular order.
+  // Scores and shared words are exact. Which keyframes are compared at all (limits.max_candidates) is decided
+  // by sums over postings, whose weights are rounded: to about 0.1 % while all postings are read, and beyond
+  // limits.max_postings by the words that say most.
   std::vector<PlaceMatch> Query(const BagOfWords& words, size_t limit, double min_score = 0) const;
   std::vector<PlaceMatch> Query(const BagOfWords& words, size_t limit, double min_score,
                                 Excluded excluded) const;

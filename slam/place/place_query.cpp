@@ -12,10 +12,8 @@ namespace {
 
 // Share by which the sum of a few thousand floats may lie below what it should be.
 constexpr float kRounding = 1e-4F;
-// Candidates selected at first, for each match asked for.
-constexpr size_t kCandidatesPerMatch = 4;
-constexpr size_t kMinCandidates = 32;
-constexpr size_t kMoreCandidates = 4;
+// How many lists of postings ahead the first entries of one are fetched: lists are short and lie far apart.
+constexpr size_t kListsAhead = 8;
 
 // Arrays that are all zero between queries; each thread has its own, so that queries share nothing.
 struct Scratch {
@@ -51,7 +49,7 @@ class PlaceIndex::Search {
   Search(const Search&) = delete;
   Search& operator=(const Search&) = delete;
 
-  std::vector<PlaceMatch> Best(size_t limit, double min_score);
+  std::vector<PlaceMatch> Best(size_t limit, double min_score) const;
 
  private:
   struct Word {
@@ -64,8 +62,6 @@ class PlaceIndex::Search {
   void AddUp(const Word& word);
   std::vector<Candidate> MostPromising(size_t count, double min_score) const;
   PlaceMatch Compare(const Candidate& candidate) const;
-  bool Rank(const std::vector<Candidate>& candidates, size_t limit, double min_score,
-            std::vector<PlaceMatch>* best) const;
   // The similarity is not above this.
   double CeilingOf(const Candidate& candidate) const { return candidate.bound * (1 + kRounding) + left_out_; }
 
@@ -113,13 +109,15 @@ void PlaceIndex::Search::AddUp(std::vector<Word> words) {
     });
   }
   size_t read = 0;
-  for (const Word& word : words) {
-    if (read > 0 && read + word.postings->size() > allowed) {
-      left_out_ += word.weight;
+  for (size_t i = 0; i < words.size(); ++i) {
+    if (i + kListsAhead < words.size()) __builtin_prefetch(words[i + kListsAhead].postings->data());
+    const size_t size = words[i].postings->size();
+    if (read > 0 && read + size > allowed) {
+      left_out_ += words[i].weight;
       continue;
     }
-    read += word.postings->size();
-    AddUp(word);
+    read += size;
+    AddUp(words[i]);
   }
 }
 
@@ -164,40 +162,23 @@ PlaceMatch PlaceIndex::Search::Compare(const Candidate& candidate) const {
   return match;
 }
 
-// Computes the similarity of candidates, best bound first, as long as they may be among the `limit` best.
-// Says whether keyframes that are not among the candidates cannot be, supposing that there are such.
-bool PlaceIndex::Search::Rank(const std::vector<Candidate>& candidates, size_t limit, double min_score,
-                              std::vector<PlaceMatch>* best) const {
+std::vector<PlaceMatch> PlaceIndex::Search::Best(size_t limit, double min_score) const {
+  std::vector<PlaceMatch> best;  // a heap, the worst on top
+  if (limit == 0) return best;
   double floor = min_score;
-  for (const Candidate& candidate : candidates) {
-    if (CeilingOf(candidate) < floor) return true;
+  const size_t count = std::max<size_t>(limit, index_.limits_.max_candidates);
+  for (const Candidate& candidate : MostPromising(std::min(count, index_.size()), min_score)) {
+    // Neither this nor any that follows can be among the best.
+    if (CeilingOf(candidate) < floor) break;
     const PlaceMatch match = Compare(candidate);
     if (match.score < min_score) continue;
-    best->push_back(match);
-    std::push_heap(best->begin(), best->end(), Better);
-    if (best->size() > limit) {
-      std::pop_heap(best->begin(), best->end(), Better);
-      best->pop_back();
+    best.push_back(match);
+    std::push_heap(best.begin(), best.end(), Better);
+    if (best.size() > limit) {
+      std::pop_heap(best.begin(), best.end(), Better);
+      best.pop_back();
     }
-    if (best->size() == limit) floor = best->front().score;
-  }
-  return !candidates.empty() && CeilingOf(candidates.back()) < floor;
-}
-
-std::vector<PlaceMatch> PlaceIndex::Search::Best(size_t limit, double min_score) {
-  limit = std::min(limit, index_.size());
-  std::vector<PlaceMatch> best;
-  if (limit == 0) return best;
-  const bool all_read = left_out_ == 0;
-  size_t count = all_read ? std::max(limit * kCandidatesPerMatch, kMinCandidates)
-                          : std::max<size_t>(limit, index_.limits_.max_candidates);
-  while (true) {
-    best.clear();
-    const std::vector<Candidate> candidates = MostPromising(count, min_score);
-    const bool certain = Rank(candidates, limit, min_score, &best);
-    // Certainty costs little when all was read, and might cost a look at everything when not.
-    if (certain || candidates.size() < count || !all_read) break;
-    count *= kMoreCandidates;
+    if (best.size() == limit) floor = best.front().score;
   }
   std::sort_heap(best.begin(), best.end(), Better);
   return best;

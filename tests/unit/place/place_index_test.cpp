@@ -67,7 +67,7 @@ class Places {
 
 TEST(PlaceIndex, AgreesWithLookingAtEveryKeyframe) {
   const auto vocabulary = RandomVocabulary(16, 1);
-  PlaceIndex index(vocabulary);
+  PlaceIndex index(vocabulary, {1000000, 1000});
   NaiveIndex naive;
   Places places(vocabulary);
   for (int step = 0; step < 1500; ++step) {
