@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "slam/common/config_reader.h"
 #include "slam/features/patch_disparity.h"
@@ -9,6 +10,8 @@
 namespace semmap {
 namespace {
 
+// No disparity is good enough beyond.
+constexpr double kFarthestInBaselines = 800;
 // Corners are found to about a pixel of their level, in either image.
 constexpr float kRowTolerance = 2.0F;
 // Patches of true matches differ by noise and slant; one that differs by this many medians shows something
@@ -27,7 +30,8 @@ int LevelCoordinate(float full, int full_size, int level_size) {
 
 void StereoConfig::Read(ConfigReader& reader) {
   reader.Number("max_descriptor_distance", &max_descriptor_distance, 1, 256);
-  reader.Number("max_depth_in_baselines", &max_depth_in_baselines, 2, 10000);
+  reader.Number("max_depth_in_baselines", &max_depth_in_baselines, 2, kFarthestInBaselines);
+  reader.Number("min_depths", &min_depths, 0, 10000);
 }
 
 StereoMatcher::StereoMatcher(const StereoConfig& config, double focal_px, double baseline_m)
@@ -101,6 +105,21 @@ void StereoMatcher::Match(const OrbExtractor& left, const OrbExtractor& right,
   AcceptRefined(left_features);
 }
 
+float StereoMatcher::MinDisparity(int max_score) {
+  const auto wanted = static_cast<float>(focal_px_ / config_.max_depth_in_baselines);
+  const auto least = static_cast<float>(focal_px_ / kFarthestInBaselines);
+  const auto needed = static_cast<size_t>(config_.min_depths);
+  disparities_.clear();
+  for (const Refined& refined : refined_) {
+    if (refined.score <= max_score) disparities_.push_back(refined.disparity);
+  }
+  if (disparities_.size() <= needed) return least;
+  if (needed == 0) return wanted;
+  const auto last = disparities_.begin() + static_cast<ptrdiff_t>(needed - 1);
+  std::nth_element(disparities_.begin(), last, disparities_.end(), std::greater<>());
+  return std::clamp(*last, least, wanted);
+}
+
 void StereoMatcher::AcceptRefined(FrameFeatures* left_features) {
   if (refined_.empty()) return;
   scores_.clear();
@@ -108,7 +127,7 @@ void StereoMatcher::AcceptRefined(FrameFeatures* left_features) {
   const auto middle = scores_.begin() + static_cast<ptrdiff_t>(scores_.size() / 2);
   std::nth_element(scores_.begin(), middle, scores_.end());
   const int max_score = kMaxScoreInMedians * *middle;
-  const auto min_disparity = static_cast<float>(focal_px_ / config_.max_depth_in_baselines);
+  const float min_disparity = MinDisparity(max_score);
   const auto max_disparity = static_cast<float>(focal_px_ / kMinDepthInBaselines);
   for (const Refined& refined : refined_) {
     if (refined.score > max_score) continue;

@@ -10,8 +10,12 @@
 namespace semmap {
 
 struct StereoConfig {
-  int max_descriptor_distance = 75;     // bits, accepted before refinement
-  double max_depth_in_baselines = 800;  // points further than this many baselines get no depth
+  int max_descriptor_distance = 75;  // bits, accepted before refinement
+  // Points further away get no depth. The rectification of real rigs is good to a tenth of a pixel, the same
+  // for all points: of a far one's small disparity that is a large part, and it does not average out.
+  double max_depth_in_baselines = 35;
+  // Where fewer are that near, the nearest so many get theirs all the same.
+  int min_depths = 300;
 
   void Read(ConfigReader& reader);
 };
@@ -41,6 +45,8 @@ class StereoMatcher {
   int BestCandidate(const Keypoint& keypoint, const Descriptor& descriptor, const ScalePyramidInfo& scales,
                     const FrameFeatures& right_features) const;
   void AcceptRefined(FrameFeatures* left_features);
+  // Smallest disparity that gives a depth, of those that `refined_` has up to this score.
+  float MinDisparity(int max_score);
 
   StereoConfig config_;
   double focal_px_;
@@ -52,6 +58,7 @@ class StereoMatcher {
   std::vector<int> by_row_;
   std::vector<Refined> refined_;
   std::vector<int> scores_;
+  std::vector<float> disparities_;
 };
 
 // Fills right_x and depth from a registered depth image (CV_16UC1 in `units_per_metre`, or CV_32FC1 in

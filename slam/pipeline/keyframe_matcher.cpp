@@ -14,7 +14,7 @@ bool IsMatch(const NearestTwo& nearest) {
          nearest.distance <= static_cast<int>(kDistinctRatio * nearest.second_distance);
 }
 
-std::vector<KeypointPair> Sift(const ViewKeyFrame& keyframe, const FrameFeatures& image,
+std::vector<KeypointPair> Sift(const KeyFrame& keyframe, const FrameFeatures& image,
                                std::vector<KeypointPair> pairs) {
   KeepBestOfSecond(image.size(), &pairs);
   KeepConsistentRotation(keyframe.features->keypoints, image.keypoints, &pairs);
@@ -23,7 +23,7 @@ std::vector<KeypointPair> Sift(const ViewKeyFrame& keyframe, const FrameFeatures
 
 }  // namespace
 
-std::vector<KeypointPair> MatchWithinNodes(const ViewKeyFrame& keyframe, const DirectIndex& keyframe_nodes,
+std::vector<KeypointPair> MatchWithinNodes(const KeyFrame& keyframe, const DirectIndex& keyframe_nodes,
                                            const FrameFeatures& image, const DirectIndex& image_nodes) {
   std::vector<KeypointPair> pairs;
   std::vector<int> candidates;
@@ -36,7 +36,7 @@ std::vector<KeypointPair> MatchWithinNodes(const ViewKeyFrame& keyframe, const D
                       image_nodes.keypoints.begin() + group->end);
     for (uint32_t i = wanted.begin; i < wanted.end; ++i) {
       const uint32_t keypoint = keyframe_nodes.keypoints[i];
-      if (keyframe.point_of_keypoint[keypoint] < 0) continue;
+      if (!keyframe.points[keypoint].IsValid()) continue;
       const NearestTwo nearest =
           FindNearestTwo(keyframe.features->descriptors[keypoint], image.descriptors, candidates);
       if (!IsMatch(nearest)) continue;
@@ -46,10 +46,10 @@ std::vector<KeypointPair> MatchWithinNodes(const ViewKeyFrame& keyframe, const D
   return Sift(keyframe, image, std::move(pairs));
 }
 
-std::vector<KeypointPair> MatchExhaustively(const ViewKeyFrame& keyframe, const FrameFeatures& image) {
+std::vector<KeypointPair> MatchExhaustively(const KeyFrame& keyframe, const FrameFeatures& image) {
   std::vector<KeypointPair> pairs;
-  for (size_t i = 0; i < keyframe.point_of_keypoint.size(); ++i) {
-    if (keyframe.point_of_keypoint[i] < 0) continue;
+  for (size_t i = 0; i < keyframe.points.size(); ++i) {
+    if (!keyframe.points[i].IsValid()) continue;
     const NearestTwo nearest = FindNearestTwo(keyframe.features->descriptors[i], image.descriptors);
     if (IsMatch(nearest)) pairs.push_back({static_cast<int>(i), nearest.index, nearest.distance});
   }

@@ -47,9 +47,11 @@ std::optional<CrossLook> LookAcross(const ViewLocalizerOptions& options, const M
   const DirectIndex* place_nodes = places.NodesOf(place_id);
   const DirectIndex* image_nodes = places.NodesOf(image_id);
   if (place_nodes == nullptr || image_nodes == nullptr) return std::nullopt;
+  const auto pairs =
+      MatchWithinNodes(*map.FindKeyFrame(place_id), *place_nodes, *image.features, *image_nodes);
+  if (static_cast<int>(pairs.size()) < options.min_matches) return std::nullopt;
   CrossLook look;
   look.view = MakeLocalMapView(map, place_id, 0, LocalMapViewLimits());
-  const auto pairs = MatchWithinNodes(look.view->reference(), *place_nodes, *image.features, *image_nodes);
   const ViewLocalization located =
       LocateInView(options, camera, map.scale_info(), *look.view, pairs, {*image.features, *image.grid});
   if (!located.fix) return std::nullopt;

@@ -16,22 +16,27 @@ class Search {
 
   // True when the image was found.
   bool Try(KeyFrameId candidate, const DirectIndex& candidate_nodes, const DirectIndex& image_nodes) {
-    auto view = MakeLocalMapView(map_, candidate, version_, LocalMapViewLimits());
-    if (view == nullptr) return false;
-    const ViewKeyFrame& keyframe = view->reference();
-    return Note(view, MatchWithinNodes(keyframe, candidate_nodes, image_.features, image_nodes));
+    const KeyFrame* keyframe = map_.FindKeyFrame(candidate);
+    return keyframe != nullptr &&
+           Locate(candidate, MatchWithinNodes(*keyframe, candidate_nodes, image_.features, image_nodes));
   }
   bool TryExhaustively(KeyFrameId candidate) {
-    auto view = MakeLocalMapView(map_, candidate, version_, LocalMapViewLimits());
-    return view != nullptr && Note(view, MatchExhaustively(view->reference(), image_.features));
+    const KeyFrame* keyframe = map_.FindKeyFrame(candidate);
+    return keyframe != nullptr && Locate(candidate, MatchExhaustively(*keyframe, image_.features));
   }
 
   Relocalization TakeResult() { return std::move(result_); }
 
  private:
-  bool Note(const std::shared_ptr<const LocalMapView>& view, const std::vector<KeypointPair>& pairs) {
+  bool Locate(KeyFrameId candidate, const std::vector<KeypointPair>& pairs) {
+    const auto count = static_cast<int>(pairs.size());
+    result_.matches = std::max(result_.matches, count);
+    if (count < options_.min_matches) {
+      result_.failure = std::max(result_.failure, LocalizationFailure::kTooFewMatches);
+      return false;
+    }
+    const auto view = MakeLocalMapView(map_, candidate, version_, LocalMapViewLimits());
     ViewLocalization located = LocateInView(options_, camera_, map_.scale_info(), *view, pairs, image_);
-    result_.matches = std::max(result_.matches, located.matches);
     result_.inliers = std::max(result_.inliers, located.inliers);
     if (!located.fix) {
       result_.failure = std::max(result_.failure, located.failure);

@@ -37,7 +37,7 @@ struct MappingConfig {
   int max_local_keyframes = 20;
   int max_fixed_keyframes = 30;
   // Covisible keyframes with which new points are triangulated: one eye, and with depth.
-  int neighbours_to_triangulate = 20;
+  int neighbours_to_triangulate = 10;
   int neighbours_to_triangulate_depth = 10;
   // A keyframe is culled when this share of its points is seen by three others at least as well.
   double cull_redundancy = 0.9;
@@ -87,7 +87,8 @@ struct LoopConfig {
 
 // Everything of a session that can be configured, with defaults. YAML keys are the member names.
 struct SlamConfig {
-  OrbConfig orb;
+  // Of more corners the weaker ones are located worse, and cost as much.
+  OrbConfig orb = {.features = 1500};
   StereoConfig stereo;
   TrackingConfig tracking;
   MappingConfig mapping;

@@ -95,7 +95,9 @@ TEST_F(RecordedImages, TrainedPatternMatchesMoreThanARandomOne) {
 TEST_F(RecordedImages, HalfOfTheKeypointsHaveStereoDepthAndCoverTheImage) {
   OrbExtractor left(OrbConfig{});
   OrbExtractor right(OrbConfig{});
-  StereoMatcher matcher({}, kFocal, kBaseline);
+  StereoConfig all;
+  all.max_depth_in_baselines = 800;
+  StereoMatcher matcher(all, kFocal, kBaseline);
   int keypoints = 0;
   int with_depth = 0;
   double occupied = 0;

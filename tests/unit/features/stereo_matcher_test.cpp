@@ -60,7 +60,9 @@ TEST(StereoMatcher, FindsKnownDisparitiesBelowAPixel) {
   const cv::Mat left = test::TexturedImage({900, 500}, 21);
   for (const double base : {2.0, 7.3, 24.5, 60.8}) {
     const double slope = 0.03;
-    const StereoFeatures features = MatchPair(left, RightViewOfPlane(left, base, slope));
+    StereoConfig all;
+    all.max_depth_in_baselines = 800;
+    const StereoFeatures features = MatchPair(left, RightViewOfPlane(left, base, slope), all);
     std::vector<double> errors;
     for (const Keypoint& keypoint : features.left.keypoints) {
       if (!keypoint.HasDepth()) continue;
@@ -88,8 +90,24 @@ TEST(StereoMatcher, PointsBehindInfinityOrTooFarHaveNoDepth) {
   EXPECT_LT(CountWithDepth(MatchPair(left, RightViewOfPlane(left, -12, 0)).left), 60);
   StereoConfig near_only;
   near_only.max_depth_in_baselines = 50;  // at least 10 pixels of disparity
+  near_only.min_depths = 0;
   EXPECT_LT(CountWithDepth(MatchPair(left, RightViewOfPlane(left, 8, 0), near_only).left), 60);
   EXPECT_GT(CountWithDepth(MatchPair(left, RightViewOfPlane(left, 12, 0), near_only).left), 800);
+}
+
+TEST(StereoMatcher, WhereNothingIsNearTheNearestGetDepth) {
+  const cv::Mat left = test::TexturedImage({640, 480}, 24);
+  const cv::Mat right = RightViewOfPlane(left, 8, 0.005);  // 6.4 to 9.6 pixels
+  StereoConfig config;
+  config.max_depth_in_baselines = 50;  // at least 10 pixels of disparity
+  config.min_depths = 200;
+  const StereoFeatures found = MatchPair(left, right, config);
+  EXPECT_NEAR(CountWithDepth(found.left), 200, 2);
+  float least = 1000;
+  for (const Keypoint& keypoint : found.left.keypoints) {
+    if (keypoint.HasDepth()) least = std::min(least, keypoint.x - keypoint.right_x);
+  }
+  EXPECT_GT(least, 8.0F);
 }
 
 TEST(StereoMatcher, OldDepthIsForgotten) {
