@@ -12,18 +12,6 @@ rm -rf "$out/store" && mkdir -p "$out"
 
 step() { printf '\n== %s\n' "$*"; }
 
-step "two vehicles of the town (each $frames frames; kept in $out for the next time)"
-record() {  # name route
-  if [[ ! -f $out/$1-$frames/poses.txt ]]; then
-    "$bin/semmap" town drive --seed 1 --route "$2" --vehicles 20 --pedestrians 10 --frames "$frames" --stereo --no-class --no-depth \
-      --output "$out/$1-$frames.part" >"$out/$1.log" 2>&1 || { cat "$out/$1.log"; exit 1; }
-    rm -rf "$out/$1-$frames" && mv "$out/$1-$frames.part" "$out/$1-$frames"
-  fi
-}
-record red 2
-record blue 3
-"$bin/semmap" town map --seed 1 --output "$out/town.png" >/dev/null
-
 step "a server"
 "$bin/semmapd" --config config/semmapd.yaml --data "$out/store" --listen 127.0.0.1:0 >"$out/server.out" 2>"$out/server.log" &
 server=$!
@@ -36,23 +24,22 @@ done
 [[ -n ${address:-} ]] || { cat "$out/server.log"; exit 1; }
 echo "semmapd listens on $address, its database is in $out/store"
 
-step "both drive at once"
-drive() {  # name
-  "$bin/semmap" drive --server "$address" --source "kitti:$out/$1-$frames" --sensor stereo --mode map --map "town-$1" \
-    --vehicle "$1" --trajectory "$out/$1.txt" --format tum >"$out/$1.drive" 2>"$out/$1.progress"
+step "two vehicles drive the simulated town at once, $frames frames each, and stream what they see"
+drive() {  # name route
+  "$bin/semmap" town drive --server "$address" --seed 1 --route "$2" --vehicles 20 --pedestrians 10 --frames "$frames" --stereo \
+    --map "town-$1" --vehicle "$1" --trajectory "$out/$1.txt" --truth "$out/$1.truth.txt" >"$out/$1.drive" 2>"$out/$1.progress"
 }
-drive red & red=$!
-drive blue & blue=$!
+drive red 2 & red=$!
+drive blue 3 & blue=$!
 wait $red || { cat "$out/red.progress"; exit 1; }
 wait $blue || { cat "$out/blue.progress"; exit 1; }
 cat "$out/red.drive" "$out/blue.drive"
 
-step "their poses against the truth"
+step "their poses against the truth, which never left the vehicles"
 for name in red blue; do
   echo "$name:"
-  "$bin/semmap" eval ate --reference "$out/$name-$frames/poses.txt" --reference-format kitti \
-    --reference-times "$out/$name-$frames/times.txt" --estimate "$out/$name.txt" --format tum --align se3 \
-    --plot "$out/$name.png"
+  "$bin/semmap" eval ate --reference "$out/$name.truth.txt" --reference-format tum \
+    --estimate "$out/$name.txt" --format tum --align se3 --plot "$out/$name.png"
 done
 
 step "the maps in the database"
@@ -60,4 +47,5 @@ step "the maps in the database"
 "$bin/semmap" map show town-red --server "$address"
 
 step "pictures"
+"$bin/semmap" town map --seed 1 --output "$out/town.png" >/dev/null
 echo "$out/red.png and $out/blue.png: trajectory and error; $out/town.png: the town from above"

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "client/town/commands.h"
-
 namespace semmap::client {
 namespace {
 
@@ -40,7 +38,7 @@ int RunCommandLine(std::vector<std::string> arguments, const Console& console) {
   Action action;
   AddCommands(app, &action);
   int town_exit_code = kExitOk;
-  town::AddTownCommands(&app, &town_exit_code);
+  AddTownCommand(app, &action, &town_exit_code);
   // CLI11 takes them last first.
   std::reverse(arguments.begin(), arguments.end());
   try {

@@ -23,6 +23,9 @@ void AddKeyFramesCommand(CLI::App& parent, Action* action);
 void AddTrajectoryCommand(CLI::App& parent, Action* action);
 void AddEvalCommand(CLI::App& parent, Action* action);
 void AddTrainVocabularyCommand(CLI::App& parent, Action* action);
+// `town`, whose drive also streams to a server. The other town commands do their work while the line is
+// parsed and set *exit_code.
+void AddTownCommand(CLI::App& parent, Action* action, int* exit_code);
 
 // The program `semmap` without its name; returns the exit code: 0 done, 1 failed, 2 called in a wrong way.
 int RunCommandLine(std::vector<std::string> arguments, const Console& console);

@@ -10,10 +10,14 @@ nlohmann::json DriveJson(const PlayResult& result, const DriveMonitor::Latencies
                          const std::string& trajectory_file) {
   const v1::Session& session = result.summary.session();
   const v1::SessionStatistics& statistics = session.statistics();
+  const double share = result.frames > 0 ? static_cast<double>(statistics.frames_tracked()) /
+                                               static_cast<double>(result.frames)
+                                         : 0.0;
   const double fps = result.duration_s > 0 ? static_cast<double>(result.frames) / result.duration_s : 0.0;
   return {
       {"frames", result.frames},
       {"tracked", statistics.frames_tracked()},
+      {"tracked_share", share},
       {"dropped", statistics.frames_dropped()},
       {"keyframes", statistics.keyframes()},
       {"points", statistics.points()},
@@ -35,20 +39,33 @@ nlohmann::json DriveJson(const PlayResult& result, const DriveMonitor::Latencies
 std::string DriveTable(const nlohmann::json& summary) {
   const auto number = [&summary](const char* key) { return summary[key].get<double>(); };
   const auto count = [&summary](const char* key) { return summary[key].get<int64_t>(); };
-  return absl::StrFormat(
+  std::string table = absl::StrFormat(
       "map         %s\n"
       "session     %s\n"
-      "frames      %d, tracked %d, dropped %d\n"
+      "frames      %d, tracked %d (%.1f %%), dropped %d\n"
       "map size    %d keyframes, %d points\n"
       "answer      %.1f ms median, %.1f ms 95th percentile\n"
       "tracking    %.1f ms median, %.1f ms 95th percentile (on the server)\n"
       "duration    %.1f s, %.1f frames/s; stored %.1f s later\n"
       "trajectory  %s\n",
       summary["map"].get<std::string>(), summary["session"].get<std::string>(), count("frames"),
-      count("tracked"), count("dropped"), count("keyframes"), count("points"), number("median_ms"),
-      number("p95_ms"), number("track_median_ms"), number("track_p95_ms"), number("duration_s"),
-      number("fps"), number("finish_s"),
+      count("tracked"), 100 * number("tracked_share"), count("dropped"), count("keyframes"), count("points"),
+      number("median_ms"), number("p95_ms"), number("track_median_ms"), number("track_p95_ms"),
+      number("duration_s"), number("fps"), number("finish_s"),
       summary["trajectory"].is_null() ? "-" : summary["trajectory"].get<std::string>());
+  if (summary.contains("ate_rmse_m")) {
+    absl::StrAppendFormat(&table, "error       %.4f m RMSE, %.4f m at most, %d poses, aligned: %s\n",
+                          number("ate_rmse_m"), number("ate_max_m"), count("ate_poses"),
+                          summary["ate_alignment"].get<std::string>());
+  }
+  return table;
+}
+
+void AddTruth(const AteResult& ate, SensorType sensor, nlohmann::json* summary) {
+  (*summary)["ate_rmse_m"] = ate.translation_m.rmse;
+  (*summary)["ate_max_m"] = ate.translation_m.max;
+  (*summary)["ate_poses"] = ate.errors_m.size();
+  (*summary)["ate_alignment"] = DriveAlignment(sensor) == Alignment::kSim3 ? "sim3" : "se3";
 }
 
 }  // namespace semmap::client

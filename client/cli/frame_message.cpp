@@ -24,6 +24,10 @@ absl::StatusOr<v1::Frame> FrameMessage(SourceFrame frame) {
   if (!frame.depth.empty()) {
     SEMMAP_ASSIGN_OR_RETURN(*message.mutable_depth(), ImageMessage(std::move(frame.depth)));
   }
+  if (!frame.class_mask.empty()) {
+    SEMMAP_ASSIGN_OR_RETURN(*message.mutable_class_mask(), ImageMessage(std::move(frame.class_mask)));
+  }
+  if (frame.wheel_speed_m_s) message.mutable_odometry()->set_speed_m_s(*frame.wheel_speed_m_s);
   return message;
 }
 

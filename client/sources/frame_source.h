@@ -18,6 +18,8 @@ struct SourceFrame {
   SourceImage image;
   SourceImage right;
   SourceImage depth;
+  SourceImage class_mask;  // the vehicle's own segmentation, if it has one
+  std::optional<double> wheel_speed_m_s;
 };
 
 // A recording that can be played once from its beginning, one frame in memory at a time. Everything that can
@@ -31,7 +33,8 @@ class FrameSource {
   virtual const CameraRig& rig() const = 0;
   // Nothing when only playing it tells (some videos).
   virtual std::optional<size_t> frame_count() const = 0;
-  // map_from_camera of the (left) camera, with times on the clock of the frames, in a map frame of its own.
+  // map_from_camera of the (left) camera, with times on the clock of the frames, in a map frame of its own. A
+  // simulated vehicle knows it as far as it has driven.
   virtual const std::optional<Trajectory>& ground_truth() const = 0;
   // The next frame, nothing after the last, or why it cannot be read. Timestamps grow.
   virtual absl::StatusOr<std::optional<SourceFrame>> Next() = 0;

@@ -67,6 +67,11 @@ absl::StatusOr<cv::Mat> DecodeGray(const SourceImage& image) {
   if (image.encoding != ImageEncoding::kNone) {
     return Decode(image.encoded, cv::IMREAD_GRAYSCALE, NameOf(image));
   }
+  if (image.pixels.type() == CV_8UC3) {
+    cv::Mat grey;
+    cv::cvtColor(image.pixels, grey, cv::COLOR_BGR2GRAY);
+    return grey;
+  }
   if (image.pixels.type() != CV_8UC1 || image.pixels.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(NameOf(image), ": is not an 8-bit grey image"));
   }

@@ -16,7 +16,7 @@ struct SourceImage {
   std::string path;  // the file it came from; empty for frames of a video
   ImageEncoding encoding = ImageEncoding::kNone;
   std::string encoded;  // the file's bytes, unless encoding is kNone
-  cv::Mat pixels;       // CV_8UC1 (depth: CV_16UC1), when encoding is kNone
+  cv::Mat pixels;       // CV_8UC1 or CV_8UC3 (BGR); depth: CV_16UC1; when encoding is kNone
 
   bool empty() const { return encoded.empty() && pixels.empty(); }
 };

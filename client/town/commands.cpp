@@ -77,16 +77,15 @@ void AddDrive(CLI::App* town, int* exit_code, const StreamDrive& stream,
       *exit_code = RunTownDrive(*options);
       return;
     }
-    DriveConfig config = options->drive;
     if (!options->rig_file.empty()) {
       auto rig = RigConfig::FromFile(options->rig_file);
       if (!rig.ok()) {
         *exit_code = Fail(rig.status());
         return;
       }
-      config.rig = *rig;
+      options->drive.rig = *rig;
     }
-    *exit_code = stream(config);
+    *exit_code = stream(*options);
   });
 }
 

@@ -18,8 +18,9 @@ struct DriveCommand {
 };
 
 // Sends the frames of a drive somewhere else than into a folder: the program hands in what streams them to a
-// server. Called instead of the writer when no --output is given. Returns the exit code.
-using StreamDrive = std::function<int(const DriveConfig&)>;
+// server. Called instead of the writer when no --output is given, with the rig's file read. Returns the exit
+// code.
+using StreamDrive = std::function<int(const DriveCommand&)>;
 
 // Adds the command `town` with drive, collect and map to a program. Each sets *exit_code when it was run.
 // Without `stream`, `drive` requires --output. The options live as long as `app`.

@@ -208,6 +208,43 @@ TEST(FrameMessage, SendsFilesAsTheyAreAndPixelsRaw) {
   EXPECT_EQ(message->depth().data().size(), 12U);
 }
 
+TEST(FrameMessage, SendsMaskAndWheelSpeedWhereThereAre) {
+  SourceFrame frame;
+  frame.image.pixels = cv::Mat(2, 3, CV_8UC3, cv::Scalar(1, 2, 3));
+  EXPECT_FALSE(FrameMessage(frame)->has_class_mask());
+  EXPECT_FALSE(FrameMessage(frame)->has_odometry());
+  frame.class_mask.pixels = cv::Mat(2, 3, CV_8UC1, cv::Scalar(7));
+  frame.wheel_speed_m_s = 8.5;
+  const auto message = FrameMessage(frame);
+  ASSERT_TRUE(message.ok()) << message.status();
+  EXPECT_EQ(message->image().encoding(), v1::IMAGE_ENCODING_RAW_BGR8);
+  EXPECT_EQ(message->class_mask().encoding(), v1::IMAGE_ENCODING_RAW_GRAY8);
+  EXPECT_EQ(message->class_mask().data(), std::string(6, '\7'));
+  EXPECT_EQ(message->odometry().speed_m_s(), 8.5);
+}
+
+TEST(DriveReport, TellsTheErrorWhereTheTruthIsKnown) {
+  PlayResult result;
+  result.frames = 4;
+  result.summary.mutable_session()->mutable_statistics()->set_frames_tracked(3);
+  nlohmann::json summary = DriveJson(result, {}, "");
+  EXPECT_DOUBLE_EQ(summary["tracked_share"].get<double>(), 0.75);
+  EXPECT_FALSE(summary.contains("ate_rmse_m"));
+  EXPECT_THAT(DriveTable(summary), ::testing::Not(HasSubstr("RMSE")));
+  AteResult ate;
+  ate.translation_m.rmse = 0.25;
+  ate.translation_m.max = 0.5;
+  ate.errors_m = {0.1, 0.2, 0.5};
+  AddTruth(ate, SensorType::kMono, &summary);
+  EXPECT_EQ(summary["ate_rmse_m"], 0.25);
+  EXPECT_EQ(summary["ate_max_m"], 0.5);
+  EXPECT_EQ(summary["ate_poses"], 3);
+  EXPECT_EQ(summary["ate_alignment"], "sim3");
+  EXPECT_THAT(DriveTable(summary), HasSubstr("0.2500 m RMSE"));
+  AddTruth(ate, SensorType::kStereo, &summary);
+  EXPECT_EQ(summary["ate_alignment"], "se3");
+}
+
 TEST(RigConversion, KeepsEveryNumber) {
   CameraRig rig;
   rig.sensor = SensorType::kRgbd;

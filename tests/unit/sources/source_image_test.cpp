@@ -48,6 +48,15 @@ TEST_F(SourceImageTest, ColourBecomesGrey) {
   EXPECT_NEAR(pixels->at<uint8_t>(4, 4), 29, 1);
 }
 
+TEST_F(SourceImageTest, ColourPixelsBecomeGreyToo) {
+  SourceImage image;
+  image.pixels = cv::Mat(4, 5, CV_8UC3, cv::Scalar(255, 0, 0));  // blue
+  const auto pixels = DecodeGray(image);
+  ASSERT_TRUE(pixels.ok()) << pixels.status();
+  EXPECT_EQ(pixels->type(), CV_8UC1);
+  EXPECT_NEAR(pixels->at<uint8_t>(3, 4), 29, 1);
+}
+
 TEST_F(SourceImageTest, DepthMustHaveSixteenBits) {
   WriteDepth("d.png", 4321);
   WriteGray("g.png", 1);
