@@ -177,6 +177,21 @@ TEST_F(BadInputTest, BlackFramesLoseTheTrackAndThePlaceBringsItBack) {
   EXPECT_EQ(found->state, TrackingState::kTracking);
 }
 
+TEST_F(BadInputTest, AVehicleCarriedBackKnowsWhereItIs) {
+  const std::vector<FrameInput>& frames = Drive(SensorType::kStereo);
+  const std::vector<SE3> truth = GentleDrive(kFrames, kStep);
+  SE3 map_from_camera;
+  for (int i = 0; i < 22; ++i) map_from_camera = *session_->Track(frames[i])->map_from_camera;
+  FrameInput carried = frames[4];
+  carried.sequence = frames[22].sequence;
+  carried.timestamp = frames[22].timestamp;
+  const auto found = session_->Track(carried);
+  ASSERT_TRUE(found.ok());
+  ASSERT_EQ(found->state, TrackingState::kTracking);
+  const SE3 expected = map_from_camera * truth[21].Inverse() * truth[4];
+  EXPECT_LT((expected.Inverse() * *found->map_from_camera).translation().norm(), 0.05);
+}
+
 TEST(SessionCreateTest, UnusableRigIsRefused) {
   TrajectoryCollector collector;
   CameraRig rig = SmallRig(SensorType::kStereo);
