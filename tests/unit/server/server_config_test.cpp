@@ -36,7 +36,17 @@ TEST(ServerConfig, TheDocumentedFileSaysTheDefaults) {
   EXPECT_EQ(config->server.max_image_pixels, defaults.max_image_pixels);
   EXPECT_EQ(config->server.resume_timeout_s, defaults.resume_timeout_s);
   EXPECT_EQ(config->slam.orb.features, SlamConfig().orb.features);
-  EXPECT_EQ(config->slam.mapping.queue, SlamConfig().mapping.queue);
+  const SlamConfig slam;
+  EXPECT_EQ(config->slam.stereo.max_depth_in_baselines, slam.stereo.max_depth_in_baselines);
+  EXPECT_EQ(config->slam.stereo.min_depths, slam.stereo.min_depths);
+  EXPECT_EQ(config->slam.tracking.doubtful_inlier_share, slam.tracking.doubtful_inlier_share);
+  EXPECT_EQ(config->slam.tracking.keyframe_ratio, slam.tracking.keyframe_ratio);
+  EXPECT_EQ(config->slam.mapping.queue, slam.mapping.queue);
+  EXPECT_EQ(config->slam.mapping.neighbours_to_triangulate, slam.mapping.neighbours_to_triangulate);
+  EXPECT_EQ(config->slam.place.query.max_postings, slam.place.query.max_postings);
+  EXPECT_EQ(config->slam.relocalization.min_inliers, slam.relocalization.min_inliers);
+  EXPECT_EQ(config->slam.loop.consistency, slam.loop.consistency);
+  EXPECT_EQ(config->slam.loop.full_iterations, slam.loop.full_iterations);
 }
 
 TEST(ServerConfig, RefusesUnknownKeysAndBadValuesWithTheirLine) {
