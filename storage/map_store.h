@@ -209,6 +209,18 @@ using MapPointVisitor = std::function<bool(const MapPointRecord&)>;
 using KeyFrameVisitor = std::function<bool(const KeyFrameEntry&)>;
 using TrajectoryVisitor = std::function<bool(const TrajectoryPose&)>;
 
+// Receives a whole map in the order of the methods, sessions, points and keyframes in that of their ids. A
+// failure ends the reading and becomes its status. The rule for the visitors above holds for it, too.
+class MapReader {
+ public:
+  virtual ~MapReader() = default;
+  virtual absl::Status OnMap(const MapInfo& map) = 0;
+  virtual absl::Status OnSession(const SessionInfo& session) = 0;
+  virtual absl::Status OnPoint(const MapPointRecord& point) = 0;
+  // With features.
+  virtual absl::Status OnKeyFrame(const KeyFrameEntry& keyframe, KeyFrameObservations observations) = 0;
+};
+
 // ---------------------------------------------------------------------------------------------------------
 
 // Thread-safe: any method may be called from any thread. Writes are done one at a time; reads run
@@ -294,6 +306,8 @@ class MapStore {
   // Frames in order of session, then of sequence.
   virtual absl::Status ForEachTrajectoryPose(MapId map, const TrajectoryQuery& query,
                                              const TrajectoryVisitor& visit) = 0;
+  // Everything there is of a map, as it was at one instant.
+  virtual absl::Status ReadWhole(MapId map, MapReader* reader) = 0;
   // Reads the whole map (not its features): seconds for millions of points.
   virtual absl::StatusOr<MapSummary> Summarize(MapId map) = 0;
 

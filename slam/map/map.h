@@ -81,6 +81,8 @@ class Map {
   std::optional<RemovedKeyFrame> FindHeir(KeyFrameId id) const;
 
  private:
+  friend class MapRestorer;  // fills it from records
+
   KeyFrame& keyframe(KeyFrameId id) { return keyframes_.at(id); }
   void CountShared(const MapPoint& point, KeyFrameId observer, int change);
   void DetachFromTree(const KeyFrame& removed);

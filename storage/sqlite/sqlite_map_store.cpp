@@ -23,6 +23,7 @@
 #include "storage/sqlite/session_rows.h"
 #include "storage/sqlite/summary.h"
 #include "storage/sqlite/transaction.h"
+#include "storage/sqlite/whole_map.h"
 #include "storage/validation.h"
 
 namespace semmap::storage::sqlite {
@@ -145,6 +146,10 @@ class SqliteMapStore final : public MapStore {
                                      const TrajectoryVisitor& visit) override {
     return ReadOfMap(map,
                      [&](Connection& connection) { return VisitTrajectory(connection, map, query, visit); });
+  }
+
+  absl::Status ReadWhole(MapId map, MapReader* reader) override {
+    return ReadOfMap(map, [&](Connection& connection) { return ReadWholeMap(connection, map, reader); });
   }
 
   absl::StatusOr<MapSummary> Summarize(MapId map) override {
