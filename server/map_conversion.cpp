@@ -47,6 +47,7 @@ v1::Map ToProto(const storage::MapInfo& map) {
   proto.set_state(map.keyframe_count == 0 ? v1::MAP_STATE_EMPTY : v1::MAP_STATE_READY);
   proto.set_version(map.version);
   *proto.mutable_create_time() = ToTimestamp(map.created_at);
+  if (map.updated_at.has_value()) *proto.mutable_update_time() = ToTimestamp(*map.updated_at);
   if (map.anchor.has_value()) *proto.mutable_anchor() = AnchorToProto(*map.anchor);
   proto.set_keyframe_count(static_cast<int64_t>(map.keyframe_count));
   proto.set_point_count(static_cast<int64_t>(map.point_count));

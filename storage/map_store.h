@@ -62,6 +62,9 @@ struct MapInfo {
   MapId id;
   std::string name;
   TimestampNs created_at = 0;
+  // Last change of contents, name or anchor, to the second; absent for maps that an older version of the
+  // store changed last.
+  std::optional<TimestampNs> updated_at;
   CameraRig rig;
   bool scale_known = true;
   std::optional<GeoAnchor> anchor;
@@ -113,8 +116,11 @@ struct SessionInfo {
 // A stored keyframe.
 struct KeyFrameEntry {
   SessionId session;
-  // record.features is null unless features were asked for.
+  // record.features is null unless features were asked for. They are what the store kept of the keyframe's
+  // (see StorageConfig::keyframe_keypoints), with features->frame_index telling which, at the precision of
+  // storage/feature_codec.h.
   KeyFrameRecord record;
+  // Of the frame; as many or fewer are stored.
   uint32_t keypoint_count = 0;
   // How many of its keypoints see a map point.
   uint32_t observation_count = 0;
@@ -220,6 +226,9 @@ class MapReader {
   // With features.
   virtual absl::Status OnKeyFrame(const KeyFrameEntry& keyframe, KeyFrameObservations observations) = 0;
 };
+// Called now and then with the share of a long work that is done, [0, 1]; returning false ends the work with
+// CANCELLED and leaves nothing behind.
+using ProgressVisitor = std::function<bool(double)>;
 
 // ---------------------------------------------------------------------------------------------------------
 
@@ -249,6 +258,13 @@ class MapStore {
   // in bounded transactions between those of other writers, before this returns or, after a crash, when the
   // store is next opened. Sessions still writing get NOT_FOUND.
   virtual absl::Status DeleteMap(MapId map) = 0;
+  // ALREADY_EXISTS when the name is taken.
+  virtual absl::StatusOr<MapInfo> RenameMap(MapId map, std::string_view name) = 0;
+  // Another map with the same contents, ids and sessions (these with the new map's id behind their names), in
+  // bounded transactions; it is not seen before it is whole. ALREADY_EXISTS when the name is taken; ABORTED
+  // when `map` was changed meanwhile.
+  virtual absl::StatusOr<MapInfo> CopyMap(MapId map, std::string_view name, TimestampNs created_at,
+                                          const ProgressVisitor& progress) = 0;
   // nullopt takes the anchor away.
   virtual absl::Status SetAnchor(MapId map, const std::optional<GeoAnchor>& anchor) = 0;
 
@@ -274,7 +290,10 @@ class MapStore {
   // - added_keyframes: ids must be new to the map;
   // - moved_keyframes: must exist;
   // - upserted_points: replaced as a whole, or added;
-  // - observations: of existing keyframes, as long as their keypoints, replaced as a whole;
+  // - observations: of existing keyframes, replaced as a whole; as long as the keypoints that the keyframe
+  // was added
+  //   with, or, by who loaded it, as long as those that are stored. With `features`, keypoints that were not
+  //   stored before are when they see a point; without, that is INVALID_ARGUMENT;
   // - removed_keyframes: must exist, and so must the heir. They go with their features and observations;
   // their
   //   frames are re-anchored to the heir (rewritten poses); children that no delta moved to another parent
@@ -301,7 +320,8 @@ class MapStore {
                                        const KeyFrameVisitor& visit) = 0;
   // With features.
   virtual absl::StatusOr<KeyFrameEntry> GetKeyFrame(MapId map, KeyFrameId keyframe) = 0;
-  // point_of_keypoint is as long as the keyframe has keypoints; all none when nothing was ever stored for it.
+  // point_of_keypoint is as long as the keyframe has stored keypoints, and in their order; all none when
+  // nothing was ever stored for it. `features` is null.
   virtual absl::StatusOr<KeyFrameObservations> GetObservations(MapId map, KeyFrameId keyframe) = 0;
   // Frames in order of session, then of sequence.
   virtual absl::Status ForEachTrajectoryPose(MapId map, const TrajectoryQuery& query,
@@ -316,6 +336,12 @@ class MapStore {
   // Reads everything of the map and reports at most `max_findings` things that are wrong; empty: the map is
   // sound. Checks the database file's own structure as well. Damage is a finding, not a failure of the call.
   virtual absl::StatusOr<std::vector<IntegrityFinding>> CheckIntegrity(MapId map, size_t max_findings) = 0;
+  // Removes or makes anew, in one transaction, what contradicts itself in the map, so that CheckIntegrity
+  // finds it sound; what sound parts say is kept. Damage of the database file's own structure stays.
+  virtual absl::Status RepairMap(MapId map) = 0;
+  // Writes all maps as they are now to a new file, a database of its own, while others read and write. The
+  // file appears under its name when it is complete. ALREADY_EXISTS; PERMISSION_DENIED.
+  virtual absl::Status Backup(const std::string& path, const ProgressVisitor& progress) = 0;
   // Bytes of the whole database with its log.
   virtual absl::StatusOr<uint64_t> DatabaseBytes() = 0;
 };

@@ -10,6 +10,7 @@ void StorageConfig::Read(ConfigReader& reader) {
   reader.Number("busy_timeout_ms", &busy_timeout_ms, 0, 600000);
   reader.Number("cache_mb", &cache_mb, 1, 4096);
   reader.Number("max_readers", &max_readers, 1, 64);
+  reader.Number("keyframe_keypoints", &keyframe_keypoints, 0, 65535);
 }
 
 }  // namespace semmap::storage

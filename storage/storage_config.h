@@ -19,6 +19,9 @@ struct StorageConfig {
   int cache_mb = 32;
   // Connections that read at the same time; further readers wait for busy_timeout_ms. 1 to 64.
   int max_readers = 8;
+  // Keypoints stored of a keyframe, 0 to 65535: those that see a map point, however many, and others up to
+  // this number. Fewer make maps smaller, and places a little harder to recognize.
+  int keyframe_keypoints = 800;
 
   void Read(ConfigReader& reader);
 };

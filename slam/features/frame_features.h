@@ -30,6 +30,9 @@ struct Keypoint {
 struct FrameFeatures {
   std::vector<Keypoint> keypoints;
   std::vector<Descriptor> descriptors;
+  // Of features that come from a store which kept only some of a frame's: which keypoint of the frame each
+  // one was, ascending. Empty: all are there.
+  std::vector<uint32_t> frame_index;
 
   size_t size() const { return keypoints.size(); }
 };

@@ -42,6 +42,8 @@ struct KeyFramePose {
 struct KeyFrameObservations {
   KeyFrameId id;
   std::vector<MapPointId> point_of_keypoint;
+  // The keypoints that are meant, for a store that did not keep all of them; null where they are not at hand.
+  std::shared_ptr<const FrameFeatures> features = nullptr;
 };
 
 struct ClassVote {

@@ -75,7 +75,8 @@ MapDelta Map::TakeDelta() {
   for (const MapPointId id : Sorted(changed_points_))
     delta.upserted_points.push_back(ToRecord(points_.at(id)));
   for (const KeyFrameId id : Sorted(reobserved_keyframes_)) {
-    delta.observations.push_back({id, keyframes_.at(id).points});
+    const KeyFrame& seeing = keyframes_.at(id);
+    delta.observations.push_back({id, seeing.points, seeing.features});
   }
   std::swap(delta.removed_keyframes, removed_keyframes_);
   std::swap(delta.removed_points, removed_points_);

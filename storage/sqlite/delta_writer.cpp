@@ -22,11 +22,23 @@ absl::Status CheckVersion(uint64_t last, uint64_t version) {
   return absl::FailedPreconditionError(absl::StrCat(what, ": one is missing"));
 }
 
+// The observations of a keyframe that is added in the same delta.
+std::span<const MapPointId> SeenBy(const MapDelta& delta, const KeyFrameRecord& keyframe) {
+  const auto found = std::find_if(delta.observations.begin(), delta.observations.end(),
+                                  [&](const KeyFrameObservations& seen) { return seen.id == keyframe.id; });
+  return found == delta.observations.end() ? std::span<const MapPointId>() : found->point_of_keypoint;
+}
+
 // Applies one delta, member by member, and adds up what it does to map and session.
 class DeltaWriter {
  public:
-  DeltaWriter(Connection& connection, MapId map, SessionId session, SessionProgress progress)
-      : connection_(connection), map_(map), session_(session), progress_(progress) {}
+  DeltaWriter(Connection& connection, MapId map, SessionId session, SessionProgress progress,
+              size_t max_keypoints)
+      : connection_(connection),
+        map_(map),
+        session_(session),
+        progress_(progress),
+        max_keypoints_(max_keypoints) {}
 
   absl::Status Write(const MapDelta& delta) {
     if (delta.reset) SEMMAP_RETURN_IF_ERROR(Reset());
@@ -54,7 +66,8 @@ class DeltaWriter {
 
   absl::Status WriteKeyFrames(const MapDelta& delta) {
     for (const KeyFrameRecord& keyframe : delta.added_keyframes) {
-      SEMMAP_RETURN_IF_ERROR(InsertKeyFrame(connection_, map_, session_, keyframe, &buffer_));
+      SEMMAP_RETURN_IF_ERROR(InsertKeyFrame(connection_, map_, session_, keyframe, SeenBy(delta, keyframe),
+                                            max_keypoints_, &buffer_));
       ++growth_.keyframes;
       growth_.last_keyframe_id = std::max(growth_.last_keyframe_id, keyframe.id);
       NoteSequence(keyframe.sequence);
@@ -122,16 +135,18 @@ class DeltaWriter {
   const MapId map_;
   const SessionId session_;
   SessionProgress progress_;
+  const size_t max_keypoints_;
   MapGrowth growth_;
   ByteWriter buffer_;
 };
 
 }  // namespace
 
-absl::Status WriteDelta(Connection& connection, MapId map, SessionId session, const MapDelta& delta) {
+absl::Status WriteDelta(Connection& connection, MapId map, SessionId session, const MapDelta& delta,
+                        size_t max_keypoints) {
   SEMMAP_ASSIGN_OR_RETURN(const SessionProgress progress, ReadProgress(connection, map, session));
   SEMMAP_RETURN_IF_ERROR(CheckVersion(progress.delta_version, delta.version));
-  return DeltaWriter(connection, map, session, progress).Write(delta);
+  return DeltaWriter(connection, map, session, progress, max_keypoints).Write(delta);
 }
 
 }  // namespace semmap::storage::sqlite

@@ -8,6 +8,7 @@ namespace semmap::storage::sqlite {
 
 // MapStore::Apply inside the caller's transaction, which must be rolled back when this fails. `delta` was
 // validated.
-absl::Status WriteDelta(Connection& connection, MapId map, SessionId session, const MapDelta& delta);
+absl::Status WriteDelta(Connection& connection, MapId map, SessionId session, const MapDelta& delta,
+                        size_t max_keypoints);
 
 }  // namespace semmap::storage::sqlite

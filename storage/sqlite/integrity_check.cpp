@@ -95,7 +95,7 @@ class IntegrityCheck {
     cells_.insert(cells.begin(), cells.end());
     if (cells_.size() != cells.size()) Report("index-structure", "a cell is in the spatial index twice");
     Query rows(connection_, kSelectAllPoints);
-    rows.Bind(map_).Bind(0);
+    BindPointsBehind(rows, map_, MapPointId());
     while (true) {
       SEMMAP_ASSIGN_OR_RETURN(const bool row, rows.Step());
       if (!row) return absl::OkStatus();

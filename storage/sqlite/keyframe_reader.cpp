@@ -6,6 +6,7 @@
 #include "storage/feature_codec.h"
 #include "storage/geometry_codec.h"
 #include "storage/observation_codec.h"
+#include "storage/sqlite/feature_rows.h"
 #include "storage/sqlite/keyframe_rows.h"
 #include "storage/sqlite/spatial_index.h"
 
@@ -22,8 +23,6 @@ constexpr char kSelectAll[] = "SELECT " SEMMAP_KEYFRAME_COLUMNS
 constexpr char kSelectOne[] =
     "SELECT " SEMMAP_KEYFRAME_COLUMNS " FROM keyframes WHERE map_id = ? AND keyframe_id = ?";
 #undef SEMMAP_KEYFRAME_COLUMNS
-constexpr char kSelectFeatures[] =
-    "SELECT features FROM keyframe_features WHERE map_id = ? AND keyframe_id = ?";
 constexpr char kSelectByTime[] =
     "SELECT keyframe_id FROM keyframes WHERE map_id = ? AND timestamp >= ? AND timestamp < ? LIMIT ?";
 constexpr char kSelectObservations[] =
@@ -53,19 +52,20 @@ absl::StatusOr<KeyFrameEntry> ReadRow(const Query& row) {
   return entry;
 }
 
-absl::Status ReadFeatures(Connection& connection, MapId map, KeyFrameEntry* entry) {
-  Query select(connection, kSelectFeatures);
-  select.Bind(map).Bind(entry->record.id);
-  SEMMAP_ASSIGN_OR_RETURN(const bool found, select.Step());
-  if (!found) return Damaged(entry->record.id, absl::DataLossError("has no features"));
-  absl::StatusOr<FrameFeatures> features = DecodeFeatures(select.Bytes(0));
-  if (!features.ok()) return Damaged(entry->record.id, features.status());
-  if (features->size() != entry->keypoint_count) {
-    return Damaged(entry->record.id,
-                   absl::DataLossError("number of keypoints contradicts the stored features"));
+absl::Status AddStoredFeatures(Connection& connection, MapId map, KeyFrameEntry* entry) {
+  if (entry->keypoint_count > kMaxKeypoints) {
+    return Damaged(entry->record.id, absl::DataLossError("impossible number of keypoints"));
   }
+  absl::StatusOr<FrameFeatures> features =
+      ReadFeatures(connection, map, entry->record.id, entry->keypoint_count);
+  if (absl::IsDataLoss(features.status())) return Damaged(entry->record.id, features.status());
+  SEMMAP_RETURN_IF_ERROR(features.status());
   entry->record.features = std::make_shared<const FrameFeatures>(*std::move(features));
   return absl::OkStatus();
+}
+
+auto CountSeen(const std::vector<MapPointId>& points) {
+  return std::count_if(points.begin(), points.end(), [](MapPointId point) { return point.IsValid(); });
 }
 
 bool Matches(const KeyFrameQuery& query, const KeyFrameEntry& entry) {
@@ -88,7 +88,7 @@ class Delivery {
   absl::StatusOr<bool> Offer(const Query& row) {
     SEMMAP_ASSIGN_OR_RETURN(KeyFrameEntry entry, ReadRow(row));
     if (!Matches(query_, entry)) return true;
-    if (query_.with_features) SEMMAP_RETURN_IF_ERROR(ReadFeatures(connection_, map_, &entry));
+    if (query_.with_features) SEMMAP_RETURN_IF_ERROR(AddStoredFeatures(connection_, map_, &entry));
     return visit_(entry) && (query_.limit == 0 || ++delivered_ < query_.limit);
   }
 
@@ -165,7 +165,7 @@ absl::StatusOr<KeyFrameEntry> ReadKeyFrame(Connection& connection, MapId map, Ke
   SEMMAP_ASSIGN_OR_RETURN(const bool found, select.Step());
   if (!found) return NoSuchKeyFrame(map, keyframe);
   SEMMAP_ASSIGN_OR_RETURN(KeyFrameEntry entry, ReadRow(select));
-  SEMMAP_RETURN_IF_ERROR(ReadFeatures(connection, map, &entry));
+  SEMMAP_RETURN_IF_ERROR(AddStoredFeatures(connection, map, &entry));
   return entry;
 }
 
@@ -178,13 +178,21 @@ absl::StatusOr<KeyFrameObservations> ReadObservations(Connection& connection, Ma
   const uint64_t keypoints = select.Unsigned(0);
   if (keypoints > kMaxKeypoints)
     return Damaged(keyframe, absl::DataLossError("impossible number of keypoints"));
-  if (select.IsNull(1)) return KeyFrameObservations{keyframe, std::vector<MapPointId>(keypoints)};
-  absl::StatusOr<std::vector<MapPointId>> points = DecodeObservations(select.Bytes(1));
+  const absl::StatusOr<std::vector<uint32_t>> kept = ReadKeptKeypoints(connection, map, keyframe, keypoints);
+  if (absl::IsDataLoss(kept.status())) return Damaged(keyframe, kept.status());
+  SEMMAP_RETURN_IF_ERROR(kept.status());
+  KeyFrameObservations observations{keyframe, std::vector<MapPointId>(kept->size()), nullptr};
+  if (select.IsNull(1)) return observations;
+  const absl::StatusOr<std::vector<MapPointId>> points = DecodeObservations(select.Bytes(1));
   if (!points.ok()) return Damaged(keyframe, points.status());
   if (points->size() != keypoints) {
     return Damaged(keyframe, absl::DataLossError("observations are not as long as the keypoints"));
   }
-  return KeyFrameObservations{keyframe, *std::move(points)};
+  for (size_t i = 0; i < kept->size(); ++i) observations.point_of_keypoint[i] = (*points)[(*kept)[i]];
+  if (CountSeen(observations.point_of_keypoint) != CountSeen(*points)) {
+    return Damaged(keyframe, absl::DataLossError("a point is seen through a keypoint that is not stored"));
+  }
+  return observations;
 }
 
 }  // namespace semmap::storage::sqlite

@@ -1,9 +1,12 @@
 // The part of keyframe_rows.h that writes.
+#include <algorithm>
+#include <numeric>
+
 #include "absl/strings/str_cat.h"
 #include "slam/common/status_macros.h"
-#include "storage/feature_codec.h"
 #include "storage/geometry_codec.h"
 #include "storage/observation_codec.h"
+#include "storage/sqlite/feature_rows.h"
 #include "storage/sqlite/frame_rows.h"
 #include "storage/sqlite/keyframe_rows.h"
 #include "storage/sqlite/spatial_index.h"
@@ -16,13 +19,13 @@ constexpr char kInsert[] =
     "INSERT INTO keyframes (map_id, keyframe_id, session_id, sequence, timestamp, parent_id, "
     "map_from_camera, "
     "keypoint_count) VALUES (?, ?, ?, ?, ?, ?, ?, ?)";
-constexpr char kInsertFeatures[] =
-    "INSERT INTO keyframe_features (map_id, keyframe_id, features) VALUES (?, ?, ?)";
 constexpr char kSelectPose[] = "SELECT map_from_camera FROM keyframes WHERE map_id = ? AND keyframe_id = ?";
 constexpr char kUpdatePose[] =
     "UPDATE keyframes SET map_from_camera = ?, parent_id = ? WHERE map_id = ? AND keyframe_id = ?";
+constexpr char kSelectKeypointCount[] =
+    "SELECT keypoint_count FROM keyframes WHERE map_id = ? AND keyframe_id = ?";
 constexpr char kUpdateObservationCount[] =
-    "UPDATE keyframes SET observation_count = ? WHERE map_id = ? AND keyframe_id = ? AND keypoint_count = ?";
+    "UPDATE keyframes SET observation_count = ? WHERE map_id = ? AND keyframe_id = ?";
 constexpr char kUpsertObservations[] =
     "INSERT INTO keyframe_observations (map_id, keyframe_id, observations) VALUES (?, ?, ?) "
     "ON CONFLICT (map_id, keyframe_id) DO UPDATE SET observations = excluded.observations";
@@ -69,14 +72,74 @@ absl::Status HandOverChildren(Connection& connection, MapId map, const RemovedKe
   return RunQuery(connection, kHandHeirToGrandparent, grandparent, map, removal.removed, removal.heir);
 }
 
+// --- Observations
+
+absl::Status Misfit(const KeyFrameObservations& observations, const char* why) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("observations of keyframe ", observations.id.value(), ": ", why));
+}
+
+absl::StatusOr<size_t> ReadKeypointCount(Connection& connection, MapId map,
+                                         const KeyFrameObservations& observations) {
+  Query select(connection, kSelectKeypointCount);
+  select.Bind(map).Bind(observations.id);
+  SEMMAP_ASSIGN_OR_RETURN(const bool found, select.Step());
+  if (!found) return Misfit(observations, "no such keyframe");
+  return static_cast<size_t>(select.Unsigned(0));
+}
+
+// Which keypoint of the frame each observation goes through: those who made the keyframe number all keypoints
+// of the frame, those who loaded it only the stored ones.
+absl::StatusOr<std::vector<uint32_t>> FrameIndices(const KeyFrameObservations& observations,
+                                                   size_t keypoint_count, const std::vector<uint32_t>& kept) {
+  const size_t count = observations.point_of_keypoint.size();
+  const FrameFeatures* features = observations.features.get();
+  if (features != nullptr && features->size() != count) {
+    return Misfit(observations, "not as many as the keypoints they come with");
+  }
+  if (features != nullptr && !features->frame_index.empty()) {
+    const std::vector<uint32_t>& indices = features->frame_index;
+    const bool fits = indices.size() == count && std::is_sorted(indices.begin(), indices.end()) &&
+                      (count == 0 || indices.back() < keypoint_count);
+    if (fits) return indices;
+  } else if (count == keypoint_count) {
+    std::vector<uint32_t> all(count);
+    std::iota(all.begin(), all.end(), 0U);
+    return all;
+  } else if (count == kept.size()) {
+    return kept;
+  }
+  return Misfit(observations, "not as many as the keyframe has keypoints");
+}
+
+// Stores the keypoints that see a point and were left out so far.
+absl::Status StoreNewlySeen(Connection& connection, MapId map, const KeyFrameObservations& observations,
+                            const std::vector<uint32_t>& frame_index, const std::vector<uint32_t>& kept,
+                            size_t keypoint_count, ByteWriter* buffer) {
+  std::vector<uint32_t> positions;
+  std::vector<uint32_t> indices;
+  for (uint32_t i = 0; i < frame_index.size(); ++i) {
+    if (!observations.point_of_keypoint[i].IsValid()) continue;
+    if (std::binary_search(kept.begin(), kept.end(), frame_index[i])) continue;
+    positions.push_back(i);
+    indices.push_back(frame_index[i]);
+  }
+  if (indices.empty()) return absl::OkStatus();
+  if (observations.features == nullptr) {
+    return Misfit(observations,
+                  "a point is seen through a keypoint that is not stored, and no features come along");
+  }
+  return AddFeatures(connection, map, observations.id, *observations.features, positions, indices,
+                     keypoint_count, buffer);
+}
+
 }  // namespace
 
 absl::Status InsertKeyFrame(Connection& connection, MapId map, SessionId session,
-                            const KeyFrameRecord& keyframe, ByteWriter* buffer) {
+                            const KeyFrameRecord& keyframe, std::span<const MapPointId> point_of_keypoint,
+                            size_t max_keypoints, ByteWriter* buffer) {
   SEMMAP_RETURN_IF_ERROR(InsertRow(connection, map, session, keyframe));
-  EncodeFeatures(*keyframe.features, buffer);
-  Query features(connection, kInsertFeatures);
-  SEMMAP_RETURN_IF_ERROR(features.Bind(map).Bind(keyframe.id).BindBlob(buffer->view()).Run());
+  SEMMAP_RETURN_IF_ERROR(InsertFeatures(connection, map, keyframe, point_of_keypoint, max_keypoints, buffer));
   return PutKeyFrameCell(connection, map, keyframe.id,
                          CellOf(keyframe.map_from_camera.translation(), kKeyFrameCell));
 }
@@ -101,14 +164,19 @@ absl::Status MoveKeyFrame(Connection& connection, MapId map, const KeyFramePose&
 
 absl::Status WriteObservations(Connection& connection, MapId map, const KeyFrameObservations& observations,
                                ByteWriter* buffer) {
-  const uint32_t count = EncodeObservations(observations.point_of_keypoint, buffer);
-  SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kUpdateObservationCount, count, map, observations.id,
-                                  observations.point_of_keypoint.size()));
-  if (connection.changes() == 0) {
-    return absl::InvalidArgumentError(absl::StrCat("observations of keyframe ", observations.id.value(),
-                                                   ": no such keyframe with ",
-                                                   observations.point_of_keypoint.size(), " keypoints"));
+  SEMMAP_ASSIGN_OR_RETURN(const size_t keypoint_count, ReadKeypointCount(connection, map, observations));
+  SEMMAP_ASSIGN_OR_RETURN(const std::vector<uint32_t> kept,
+                          ReadKeptKeypoints(connection, map, observations.id, keypoint_count));
+  SEMMAP_ASSIGN_OR_RETURN(const std::vector<uint32_t> frame_index,
+                          FrameIndices(observations, keypoint_count, kept));
+  SEMMAP_RETURN_IF_ERROR(
+      StoreNewlySeen(connection, map, observations, frame_index, kept, keypoint_count, buffer));
+  std::vector<MapPointId> point_of_keypoint(keypoint_count);
+  for (size_t i = 0; i < frame_index.size(); ++i) {
+    point_of_keypoint[frame_index[i]] = observations.point_of_keypoint[i];
   }
+  const uint32_t count = EncodeObservations(point_of_keypoint, buffer);
+  SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kUpdateObservationCount, count, map, observations.id));
   Query upsert(connection, kUpsertObservations);
   return upsert.Bind(map).Bind(observations.id).BindBlob(buffer->view()).Run();
 }

@@ -1,6 +1,7 @@
 // The part of map_rows.h that deletes maps.
 #include "slam/common/status_macros.h"
 #include "storage/sqlite/map_rows.h"
+#include "storage/sqlite/point_rows.h"
 #include "storage/sqlite/query.h"
 #include "storage/sqlite/spatial_index.h"
 
@@ -20,13 +21,19 @@ constexpr char kDeleteFrames[] =
     "DELETE FROM frames WHERE map_id = ?1 AND (session_id, sequence) IN "
     "(SELECT session_id, sequence FROM frames WHERE map_id = ?1 ORDER BY session_id, sequence LIMIT ?2)";
 constexpr char kDeletePoints[] =
-    "DELETE FROM points WHERE map_id = ?1 AND point_id IN "
-    "(SELECT point_id FROM points WHERE map_id = ?1 ORDER BY point_id LIMIT ?2)";
+    "DELETE FROM points WHERE point_key IN "
+    "(SELECT point_key FROM points WHERE point_key > ? AND point_key < ? ORDER BY point_key LIMIT ?)";
 constexpr char kSelectKeyFrames[] =
     "SELECT keyframe_id FROM keyframes WHERE map_id = ? ORDER BY keyframe_id LIMIT ?";
 constexpr char kDeleteKeyFrames[] = "DELETE FROM keyframes WHERE map_id = ? AND keyframe_id <= ?";
 constexpr char kDeleteSessions[] = "DELETE FROM sessions WHERE map_id = ?";
 constexpr char kDeleteMap[] = "DELETE FROM maps WHERE map_id = ?";
+
+absl::Status PurgePoints(Connection& connection, MapId map) {
+  Query remove(connection, kDeletePoints);
+  BindPointsBehind(remove, map, MapPointId());
+  return remove.Bind(kPointsPerStep).Run();
+}
 
 // Removes keyframes with their places in the index; true when none were left.
 absl::StatusOr<bool> PurgeKeyFrames(Connection& connection, MapId map) {
@@ -57,7 +64,7 @@ absl::StatusOr<bool> PurgeStep(Connection& connection, MapId map) {
   // What refers to others goes before them.
   SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kDeleteFrames, map, kFramesPerStep));
   if (connection.changes() > 0) return false;
-  SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kDeletePoints, map, kPointsPerStep));
+  SEMMAP_RETURN_IF_ERROR(PurgePoints(connection, map));
   if (connection.changes() > 0) return false;
   SEMMAP_ASSIGN_OR_RETURN(const bool no_cells, ErasePointCells(connection, map, kCellsPerStep));
   if (!no_cells) return false;

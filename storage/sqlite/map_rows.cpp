@@ -9,10 +9,13 @@
 namespace semmap::storage::sqlite {
 namespace {
 
-constexpr char kInsert[] = "INSERT INTO maps (name, created_at, rig, scale_known) VALUES (?, ?, ?, ?)";
+// When a map was changed is told by the database's own clock: whole seconds, as nanoseconds.
+#define SEMMAP_NOW "unixepoch() * 1000000000"
+constexpr char kInsert[] =
+    "INSERT INTO maps (name, created_at, updated_at, rig, scale_known) VALUES (?1, ?2, ?2, ?3, ?4)";
 #define SEMMAP_MAP_COLUMNS                                                                              \
   "map_id, name, created_at, rig, scale_known, latitude_deg, longitude_deg, altitude_m, enu_from_map, " \
-  "keyframe_count, point_count, version, last_keyframe_id, last_point_id"
+  "keyframe_count, point_count, version, last_keyframe_id, last_point_id, updated_at"
 constexpr char kSelectByName[] = "SELECT " SEMMAP_MAP_COLUMNS " FROM maps WHERE name = ?";
 constexpr char kSelectById[] =
     "SELECT " SEMMAP_MAP_COLUMNS " FROM maps WHERE map_id = ? AND name IS NOT NULL";
@@ -20,14 +23,19 @@ constexpr char kSelectPage[] = "SELECT " SEMMAP_MAP_COLUMNS " FROM maps WHERE na
 #undef SEMMAP_MAP_COLUMNS
 constexpr char kSelectExists[] = "SELECT 1 FROM maps WHERE map_id = ? AND name IS NOT NULL";
 constexpr char kSelectPoses[] = "SELECT map_from_camera FROM keyframes WHERE map_id = ?";
+constexpr char kUpdateName[] = "UPDATE maps SET name = ?, updated_at = " SEMMAP_NOW " WHERE map_id = ?";
 constexpr char kUpdateAnchor[] =
-    "UPDATE maps SET latitude_deg = ?, longitude_deg = ?, altitude_m = ?, enu_from_map = ? WHERE map_id = ?";
+    "UPDATE maps SET latitude_deg = ?, longitude_deg = ?, altitude_m = ?, enu_from_map = ?, "
+    "updated_at = " SEMMAP_NOW " WHERE map_id = ?";
 constexpr char kSelectPlacement[] = "SELECT coalesce(cell_size, 0), last_point_id FROM maps WHERE map_id = ?";
 constexpr char kUpdateCellSize[] = "UPDATE maps SET cell_size = ? WHERE map_id = ?";
 constexpr char kUpdateGrowth[] =
-    "UPDATE maps SET keyframe_count = keyframe_count + ?, point_count = point_count + ?, version = version + "
-    "1, "
+    "UPDATE maps SET keyframe_count = keyframe_count + ?, point_count = point_count + ?, "
+    "version = version + 1, updated_at = " SEMMAP_NOW
+    ", "
     "last_keyframe_id = max(last_keyframe_id, ?), last_point_id = max(last_point_id, ?) WHERE map_id = ?";
+
+#undef SEMMAP_NOW
 
 absl::Status ReadAnchor(const Query& row, MapInfo* map) {
   if (row.IsNull(8)) return absl::OkStatus();
@@ -61,6 +69,7 @@ absl::StatusOr<MapInfo> ReadRow(Connection& connection, const Query& row) {
   map.version = row.Unsigned(11);
   map.last_keyframe_id = row.IdAt<KeyFrameId>(12);
   map.last_point_id = row.IdAt<MapPointId>(13);
+  if (!row.IsNull(14)) map.updated_at = row.Int(14);
   SEMMAP_RETURN_IF_ERROR(ReadExtent(connection, &map));
   return map;
 }
@@ -113,6 +122,14 @@ absl::StatusOr<std::vector<MapInfo>> ReadMaps(Connection& connection, const MapL
 absl::Status RequireMap(Connection& connection, MapId map) {
   SEMMAP_ASSIGN_OR_RETURN(const int64_t exists, QueryInteger(connection, kSelectExists, map));
   return exists != 0 ? absl::OkStatus() : NoSuchMap(map);
+}
+
+absl::Status UpdateName(Connection& connection, MapId map, std::string_view name) {
+  SEMMAP_RETURN_IF_ERROR(RequireMap(connection, map));
+  Query update(connection, kUpdateName);
+  const absl::Status status = update.BindText(name).Bind(map).Run();
+  if (!IsConstraintViolation(status)) return status;
+  return absl::AlreadyExistsError(absl::StrCat("map ", std::string(name), " exists"));
 }
 
 absl::Status UpdateAnchor(Connection& connection, MapId map, const std::optional<GeoAnchor>& anchor) {

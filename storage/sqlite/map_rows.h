@@ -16,6 +16,8 @@ absl::StatusOr<MapInfo> ReadMap(Connection& connection, MapId map);
 absl::StatusOr<std::vector<MapInfo>> ReadMaps(Connection& connection, const MapListQuery& query);
 // NOT_FOUND unless the map exists and is not being deleted.
 absl::Status RequireMap(Connection& connection, MapId map);
+// NOT_FOUND, ALREADY_EXISTS.
+absl::Status UpdateName(Connection& connection, MapId map, std::string_view name);
 absl::Status UpdateAnchor(Connection& connection, MapId map, const std::optional<GeoAnchor>& anchor);
 
 // Where the map's points are indexed.

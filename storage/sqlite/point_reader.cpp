@@ -17,7 +17,7 @@ constexpr size_t kMaxCandidates = size_t{1} << 22;
 #define SEMMAP_POINT_COLUMNS                                                                        \
   "point_id, x, y, z, semantic_class, class_confidence, observation_count, first_seen, last_seen, " \
   "reference_keyframe_id, appearance, cell_key"
-constexpr char kSelectOne[] = "SELECT " SEMMAP_POINT_COLUMNS " FROM points WHERE map_id = ? AND point_id = ?";
+constexpr char kSelectOne[] = "SELECT " SEMMAP_POINT_COLUMNS " FROM points WHERE point_key = ?";
 constexpr char kSelectInCell[] = "SELECT point_id FROM points WHERE map_id = ? AND cell_key = ?";
 
 // What can be told from the columns, before the rest is decoded.
@@ -80,7 +80,7 @@ absl::StatusOr<std::optional<std::vector<uint64_t>>> FindCandidates(Connection& 
 
 absl::Status VisitAll(Connection& connection, MapId map, MapPointId after, Delivery* delivery) {
   Query rows(connection, kSelectAllPoints);
-  rows.Bind(map).Bind(after);
+  BindPointsBehind(rows, map, after);
   while (true) {
     SEMMAP_ASSIGN_OR_RETURN(const bool row, rows.Step());
     if (!row) return absl::OkStatus();
@@ -93,7 +93,7 @@ absl::Status VisitCandidates(Connection& connection, MapId map, std::span<const 
                              Delivery* delivery) {
   Query select(connection, kSelectOne);
   for (const uint64_t id : ids) {
-    select.Bind(map).Bind(id);
+    select.Bind(PointKey(map, MapPointId(id)));
     SEMMAP_ASSIGN_OR_RETURN(const bool row, select.Step());
     if (row) {
       SEMMAP_ASSIGN_OR_RETURN(const bool more, delivery->Offer(select));
@@ -107,7 +107,7 @@ absl::Status VisitCandidates(Connection& connection, MapId map, std::span<const 
 }  // namespace
 
 extern const char kSelectAllPoints[] =
-    "SELECT " SEMMAP_POINT_COLUMNS " FROM points WHERE map_id = ? AND point_id > ? ORDER BY point_id";
+    "SELECT " SEMMAP_POINT_COLUMNS " FROM points WHERE point_key > ? AND point_key < ? ORDER BY point_key";
 #undef SEMMAP_POINT_COLUMNS
 
 absl::Status ReadPointRow(const Query& row, MapPointRecord* point) {
@@ -128,6 +128,10 @@ absl::Status ReadPointRow(const Query& row, MapPointRecord* point) {
   return absl::DataLossError(absl::StrCat("map point ", point->id.value(), ": ", appearance.message()));
 }
 
+void BindPointsBehind(Query& rows, MapId map, MapPointId after) {
+  rows.Bind(PointKey(map, after)).Bind(PointKey(MapId(map.value() + 1), MapPointId()));
+}
+
 int64_t CellKeyOfRow(const Query& row) { return row.Int(11); }
 
 absl::Status VisitPoints(Connection& connection, MapId map, const MapPointQuery& query,
@@ -145,7 +149,7 @@ absl::StatusOr<std::vector<MapPointRecord>> ReadPoints(Connection& connection, M
   points.reserve(ids.size());
   Query select(connection, kSelectOne);
   for (const MapPointId id : ids) {
-    select.Bind(map).Bind(id);
+    select.Bind(PointKey(map, id));
     SEMMAP_ASSIGN_OR_RETURN(const bool row, select.Step());
     if (row) SEMMAP_RETURN_IF_ERROR(ReadPointRow(select, &points.emplace_back()));
     select.Reset();

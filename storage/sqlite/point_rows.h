@@ -38,6 +38,13 @@ class PointWriter {
   ByteWriter buffer_;
 };
 
+// points.point_key.
+inline int64_t PointKey(MapId map, MapPointId point) {
+  return static_cast<int64_t>((map.value() << 40) | point.value());
+}
+// For "point_key > ? AND point_key < ?": the map's points with greater ids than `after`.
+void BindPointsBehind(Query& rows, MapId map, MapPointId after);
+
 // True when there was such a point.
 absl::StatusOr<bool> ErasePoint(Connection& connection, MapId map, MapPointId point);
 // Removes the points that the session added; returns how many.
@@ -50,7 +57,7 @@ absl::StatusOr<std::vector<MapPointRecord>> ReadPoints(Connection& connection, M
 
 // All rows in order of ids, for those that read every point whatever it holds: step `rows` and read each with
 // ReadPointRow, which answers DATA_LOSS (with point->id set) for a row that cannot be.
-extern const char kSelectAllPoints[];  // bind the map, and 0
+extern const char kSelectAllPoints[];  // bind by BindPointsBehind
 absl::Status ReadPointRow(const Query& row, MapPointRecord* point);
 int64_t CellKeyOfRow(const Query& row);
 

@@ -11,16 +11,17 @@ namespace {
   "UPDATE points SET x = ?1, y = ?2, z = ?3, semantic_class = ?4, class_confidence = ?5, " \
   "observation_count = ?6, first_seen = ?7, last_seen = ?8, reference_keyframe_id = ?9, appearance = ?10"
 // Leaves the index on cells alone.
-constexpr char kUpdateInCell[] = SEMMAP_SET_POINT " WHERE map_id = ?11 AND point_id = ?12 AND cell_key = ?13";
-constexpr char kUpdateAndMove[] = SEMMAP_SET_POINT ", cell_key = ?13 WHERE map_id = ?11 AND point_id = ?12";
+constexpr char kUpdateInCell[] = SEMMAP_SET_POINT " WHERE point_key = ?11 AND cell_key = ?12";
+constexpr char kUpdateAndMove[] = SEMMAP_SET_POINT ", cell_key = ?12 WHERE point_key = ?11";
 #undef SEMMAP_SET_POINT
 constexpr char kInsert[] =
     "INSERT INTO points (x, y, z, semantic_class, class_confidence, observation_count, first_seen, "
     "last_seen, "
-    "reference_keyframe_id, appearance, map_id, point_id, cell_key, session_id) "
-    "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (map_id, point_id) DO NOTHING";
-constexpr char kDelete[] = "DELETE FROM points WHERE map_id = ? AND point_id = ?";
-constexpr char kDeleteOfSession[] = "DELETE FROM points WHERE map_id = ? AND session_id = ?";
+    "reference_keyframe_id, appearance, point_key, cell_key, session_id) "
+    "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (point_key) DO NOTHING";
+constexpr char kDelete[] = "DELETE FROM points WHERE point_key = ?";
+constexpr char kDeleteOfSession[] =
+    "DELETE FROM points WHERE point_key > ? AND point_key < ? AND session_id = ?";
 
 }  // namespace
 
@@ -32,7 +33,7 @@ absl::StatusOr<bool> PointWriter::Execute(const char* sql, const MapPointRecord&
   query.Bind(point.semantic_class).Bind(static_cast<double>(point.class_confidence));
   query.Bind(point.observation_count).Bind(point.first_seen).Bind(point.last_seen);
   query.Bind(point.reference_keyframe).BindBlob(buffer_.view());
-  query.Bind(map_).Bind(point.id).Bind(cell_key);
+  query.Bind(PointKey(map_, point.id)).Bind(cell_key);
   if (with_session) query.Bind(session_);
   SEMMAP_RETURN_IF_ERROR(query.Run());
   return connection_.changes() > 0;
@@ -61,12 +62,14 @@ absl::StatusOr<bool> PointWriter::Upsert(const MapPointRecord& point) {
 }
 
 absl::StatusOr<bool> ErasePoint(Connection& connection, MapId map, MapPointId point) {
-  SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kDelete, map, point));
+  SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kDelete, PointKey(map, point)));
   return connection.changes() > 0;
 }
 
 absl::StatusOr<int64_t> ErasePointsOf(Connection& connection, MapId map, SessionId session) {
-  SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kDeleteOfSession, map, session));
+  Query remove(connection, kDeleteOfSession);
+  BindPointsBehind(remove, map, MapPointId());
+  SEMMAP_RETURN_IF_ERROR(remove.Bind(session).Run());
   return connection.changes();
 }
 

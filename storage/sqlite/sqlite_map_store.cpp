@@ -4,18 +4,23 @@
 #include <fstream>
 #include <utility>
 
+#include <spdlog/spdlog.h>
+
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "slam/common/mutex.h"
 #include "slam/common/status_macros.h"
+#include "storage/sqlite/backup.h"
 #include "storage/sqlite/checkpointer.h"
 #include "storage/sqlite/connection.h"
 #include "storage/sqlite/delta_writer.h"
 #include "storage/sqlite/frame_rows.h"
 #include "storage/sqlite/integrity_check.h"
 #include "storage/sqlite/keyframe_rows.h"
+#include "storage/sqlite/map_copy.h"
+#include "storage/sqlite/map_repair.h"
 #include "storage/sqlite/map_rows.h"
 #include "storage/sqlite/migrations.h"
 #include "storage/sqlite/point_rows.h"
@@ -32,8 +37,11 @@ namespace {
 class SqliteMapStore final : public MapStore {
  public:
   SqliteMapStore(std::unique_ptr<Connection> writer, std::unique_ptr<Checkpointer> checkpointer,
-                 const ConnectionOptions& options, int max_readers)
-      : checkpointer_(std::move(checkpointer)), writer_(std::move(writer)), readers_(options, max_readers) {
+                 const ConnectionOptions& options, const StorageConfig& config)
+      : max_keypoints_(static_cast<size_t>(config.keyframe_keypoints)),
+        checkpointer_(std::move(checkpointer)),
+        writer_(std::move(writer)),
+        readers_(options, config.max_readers) {
     checkpointer_->Watch(*writer_);
   }
 
@@ -71,6 +79,31 @@ class SqliteMapStore final : public MapStore {
   absl::Status DeleteMap(MapId map) override {
     SEMMAP_RETURN_IF_ERROR(Write([&](Connection& connection) { return HideMap(connection, map); }));
     return Purge(map);
+  }
+
+  absl::StatusOr<MapInfo> RenameMap(MapId map, std::string_view name) override {
+    SEMMAP_RETURN_IF_ERROR(ValidateMapName(name));
+    return Write([&](Connection& connection) -> absl::StatusOr<MapInfo> {
+      SEMMAP_RETURN_IF_ERROR(UpdateName(connection, map, name));
+      return ReadMap(connection, map);
+    });
+  }
+
+  absl::StatusOr<MapInfo> CopyMap(MapId map, std::string_view name, TimestampNs created_at,
+                                  const ProgressVisitor& progress) override {
+    SEMMAP_RETURN_IF_ERROR(ValidateMapName(name));
+    SEMMAP_ASSIGN_OR_RETURN(MapCopy copy, Write([&](Connection& connection) {
+                              return MapCopy::Begin(connection, map, created_at);
+                            }));
+    absl::Status status = RunCopy(&copy, progress);
+    if (status.ok()) {
+      status = Write([&](Connection& connection) { return copy.Finish(connection, name); });
+    }
+    if (status.ok()) return GetMap(copy.copy());
+    if (const absl::Status purged = Purge(copy.copy()); !purged.ok()) {
+      spdlog::warn("storage: an unfinished copy stays until the next start: {}", purged.ToString());
+    }
+    return status;
   }
 
   absl::Status SetAnchor(MapId map, const std::optional<GeoAnchor>& anchor) override {
@@ -114,7 +147,8 @@ class SqliteMapStore final : public MapStore {
 
   absl::Status Apply(MapId map, SessionId session, const MapDelta& delta) override {
     SEMMAP_RETURN_IF_ERROR(ValidateDelta(delta));
-    return Write([&](Connection& connection) { return WriteDelta(connection, map, session, delta); });
+    return Write(
+        [&](Connection& connection) { return WriteDelta(connection, map, session, delta, max_keypoints_); });
   }
 
   absl::Status ForEachMapPoint(MapId map, const MapPointQuery& query, const MapPointVisitor& visit) override {
@@ -160,6 +194,14 @@ class SqliteMapStore final : public MapStore {
     return Read([&](Connection& connection) { return CheckMapIntegrity(connection, map, max_findings); });
   }
 
+  absl::Status RepairMap(MapId map) override {
+    return Write([&](Connection& connection) { return RepairMapRows(connection, map); });
+  }
+
+  absl::Status Backup(const std::string& path, const ProgressVisitor& progress) override {
+    return Read([&](Connection& connection) { return BackupDatabase(connection, path, progress); });
+  }
+
   absl::StatusOr<uint64_t> DatabaseBytes() override {
     return Read([](Connection& connection) { return sqlite::DatabaseBytes(connection); });
   }
@@ -198,6 +240,15 @@ class SqliteMapStore final : public MapStore {
     });
   }
 
+  absl::Status RunCopy(MapCopy* copy, const ProgressVisitor& progress) {
+    bool done = false;
+    while (!done) {
+      SEMMAP_ASSIGN_OR_RETURN(done, Write([&](Connection& connection) { return copy->Step(connection); }));
+      if (progress && !progress(copy->Progress())) return absl::CancelledError("the copy was cancelled");
+    }
+    return absl::OkStatus();
+  }
+
   absl::Status Purge(MapId map) {
     bool done = false;
     while (!done) {
@@ -209,6 +260,7 @@ class SqliteMapStore final : public MapStore {
     return absl::OkStatus();
   }
 
+  const size_t max_keypoints_;
   const std::unique_ptr<Checkpointer> checkpointer_;
   Mutex writer_mutex_;
   const std::unique_ptr<Connection> writer_ ABSL_PT_GUARDED_BY(writer_mutex_);
@@ -253,8 +305,7 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteMapStore(const StorageConfig
   SEMMAP_ASSIGN_OR_RETURN(std::unique_ptr<Connection> writer, Connection::Open(options));
   SEMMAP_RETURN_IF_ERROR(MigrateDatabase(*writer, EmbeddedMigrations()));
   SEMMAP_ASSIGN_OR_RETURN(std::unique_ptr<Checkpointer> checkpointer, Checkpointer::Start(options));
-  auto store = std::make_unique<SqliteMapStore>(std::move(writer), std::move(checkpointer), options,
-                                                config.max_readers);
+  auto store = std::make_unique<SqliteMapStore>(std::move(writer), std::move(checkpointer), options, config);
   SEMMAP_RETURN_IF_ERROR(store->FinishDeletions());
   return store;
 }

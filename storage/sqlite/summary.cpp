@@ -6,12 +6,14 @@
 #include "slam/common/status_macros.h"
 #include "storage/sqlite/frame_rows.h"
 #include "storage/sqlite/map_rows.h"
+#include "storage/sqlite/point_rows.h"
 #include "storage/sqlite/query.h"
 
 namespace semmap::storage::sqlite {
 namespace {
 
-constexpr char kSelectPoints[] = "SELECT semantic_class, x, y, z FROM points WHERE map_id = ?";
+constexpr char kSelectPoints[] =
+    "SELECT semantic_class, x, y, z FROM points WHERE point_key > ? AND point_key < ?";
 constexpr char kSelectTimes[] = "SELECT min(timestamp), max(timestamp) FROM keyframes WHERE map_id = ?";
 constexpr char kCountSessions[] = "SELECT count(*) FROM sessions WHERE map_id = ?";
 constexpr char kSumFeatures[] = "SELECT sum(length(features)) FROM keyframe_features WHERE map_id = ?";
@@ -21,7 +23,7 @@ constexpr char kSumObservations[] =
 absl::Status SummarizePoints(Connection& connection, MapSummary* summary) {
   std::array<uint64_t, 256> counts{};
   Query points(connection, kSelectPoints);
-  points.Bind(summary->map.id);
+  BindPointsBehind(points, summary->map.id, MapPointId());
   while (true) {
     SEMMAP_ASSIGN_OR_RETURN(const bool row, points.Step());
     if (!row) break;

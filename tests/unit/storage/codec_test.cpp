@@ -1,18 +1,30 @@
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
 #include <random>
 
 #include "storage/appearance_codec.h"
+#include "storage/checksum.h"
 #include "storage/feature_codec.h"
 #include "storage/geometry_codec.h"
+#include "storage/keypoint_selection.h"
 #include "storage/observation_codec.h"
 #include "storage_test_support.h"
 
 namespace semmap::storage {
 namespace {
 
+std::vector<uint32_t> AllOf(size_t count) {
+  std::vector<uint32_t> indices(count);
+  std::iota(indices.begin(), indices.end(), 0U);
+  return indices;
+}
+
 Blob Encoded(const FrameFeatures& features) {
   ByteWriter out;
-  EncodeFeatures(features, &out);
+  EncodeFeatures(features, AllOf(features.size()), &out);
   return out.Take();
 }
 
@@ -30,38 +42,81 @@ FrameFeatures RandomFeatures(size_t count, uint32_t seed, bool with_depth, bool 
   return features;
 }
 
-TEST(FeatureCodec, RoundTripIsExact) {
+TEST(FeatureCodec, KeepsWhatMatters) {
   for (const size_t count : {0, 1, 7, 8, 9, 2000}) {
     for (const bool with_depth : {false, true}) {
       const FrameFeatures features = RandomFeatures(count, 3, with_depth, !with_depth);
       const absl::StatusOr<FrameFeatures> decoded = DecodeFeatures(Encoded(features));
       ASSERT_TRUE(decoded.ok()) << decoded.status();
-      EXPECT_TRUE(SameFeatures(features, *decoded)) << count;
+      ASSERT_EQ(decoded->size(), count);
+      EXPECT_EQ(decoded->descriptors, features.descriptors);
+      for (size_t i = 0; i < count; ++i) {
+        const Keypoint& was = features.keypoints[i];
+        const Keypoint& is = decoded->keypoints[i];
+        EXPECT_NEAR(is.x, was.x, 1.0 / 64);
+        EXPECT_NEAR(is.y, was.y, 1.0 / 64);
+        EXPECT_NEAR(is.right_x, was.right_x, 1.0 / 64);
+        EXPECT_NEAR(is.depth, was.depth, was.depth < 0 ? 0 : was.depth / 4000);
+        EXPECT_NEAR(std::remainder(is.angle - was.angle, 2 * std::numbers::pi), 0, std::numbers::pi / 255);
+        EXPECT_GE(is.angle, 0);
+        EXPECT_LT(is.angle, 2 * std::numbers::pi);
+        EXPECT_EQ(is.octave, was.octave);
+        EXPECT_EQ(is.semantic_class, was.semantic_class);
+      }
     }
   }
 }
 
-TEST(FeatureCodec, KeepsSignOfZeroAndOddFloats) {
-  FrameFeatures features = RandomFeatures(40, 4, true, true);
-  features.keypoints[0].x = -0.0F;
-  features.keypoints[1].x = 0.0F;
-  features.keypoints[2].right_x = std::nextafter(-1.0F, 0.0F);
+TEST(FeatureCodec, AgainLosesNothingMore) {
+  const FrameFeatures once = *DecodeFeatures(Encoded(RandomFeatures(2000, 4, true, true)));
+  EXPECT_TRUE(SameFeatures(*DecodeFeatures(Encoded(once)), once));
+  for (const Keypoint& keypoint : once.keypoints) EXPECT_TRUE(SameKeypoint(AsStored(keypoint), keypoint));
+}
+
+TEST(FeatureCodec, PacksTheChosenOnes) {
+  const FrameFeatures features = *DecodeFeatures(Encoded(RandomFeatures(100, 4, true, true)));
+  const std::vector<uint32_t> chosen = {3, 50, 99};
+  ByteWriter out;
+  EncodeFeatures(features, chosen, &out);
+  const absl::StatusOr<FrameFeatures> decoded = DecodeFeatures(out.view());
+  ASSERT_TRUE(decoded.ok());
+  ASSERT_EQ(decoded->size(), chosen.size());
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    EXPECT_TRUE(SameKeypoint(decoded->keypoints[i], features.keypoints[chosen[i]]));
+    EXPECT_EQ(decoded->descriptors[i], features.descriptors[chosen[i]]);
+  }
+}
+
+TEST(FeatureCodec, ExtremeNumbers) {
+  FrameFeatures features = RandomFeatures(8, 4, true, true);
+  features.keypoints[0].x = -30.0F;    // undistorted positions may lie outside of the image
+  features.keypoints[1].x = 20000.0F;  // needs three bytes
+  features.keypoints[2].x = 1e30F;
   features.keypoints[3].depth = std::numeric_limits<float>::denorm_min();
-  for (size_t i = 4; i < 40; ++i) features.keypoints[i].angle = 0.0F;  // a sparse column
-  features.keypoints[0].angle = -0.0F;
+  features.keypoints[4].depth = std::numeric_limits<float>::max();
+  features.keypoints[5].depth = 0;
+  features.keypoints[6].angle = -0.1F;
+  features.keypoints[7].right_x = -7;
   const absl::StatusOr<FrameFeatures> decoded = DecodeFeatures(Encoded(features));
   ASSERT_TRUE(decoded.ok());
-  EXPECT_TRUE(SameFeatures(features, *decoded));
+  EXPECT_EQ(decoded->keypoints[0].x, -30.0F);
+  EXPECT_EQ(decoded->keypoints[1].x, 20000.0F);
+  EXPECT_GT(decoded->keypoints[2].x, 1e7F);
+  EXPECT_TRUE(decoded->keypoints[3].HasDepth());
+  EXPECT_TRUE(std::isfinite(decoded->keypoints[4].depth));
+  EXPECT_FALSE(decoded->keypoints[5].HasDepth());
+  EXPECT_NEAR(decoded->keypoints[6].angle, 2 * std::numbers::pi - 0.1, 0.02);
+  EXPECT_EQ(decoded->keypoints[7].right_x, -1.0F);
 }
 
 TEST(FeatureCodec, AbsentDepthAndClassesCostNothing) {
   constexpr size_t kCount = 2000;
   const size_t mono = Encoded(RandomFeatures(kCount, 5, false, false)).size();
   // x, y, angle, octave and the descriptor, and a few bytes for each column.
-  EXPECT_LE(mono, kCount * (4 + 4 + 4 + 1 + 32) + 64);
+  EXPECT_LE(mono, kCount * (2 + 2 + 1 + 1 + 32) + 64);
   const size_t stereo = Encoded(RandomFeatures(kCount, 5, true, false)).size();
   // Half of them have no depth.
-  EXPECT_LE(stereo, mono + kCount * 9 / 2);
+  EXPECT_LE(stereo, mono + kCount * 5 / 2);
 }
 
 // Whatever bytes come, a decoder answers: a value or DATA_LOSS.
@@ -89,10 +144,76 @@ TEST(FeatureCodec, SurvivesDamage) {
 }
 
 TEST(FeatureCodec, RefusesHugeCountWithoutAllocating) {
+  ByteWriter body;
+  body.PutVarint(0xFFFFFFFF);
   ByteWriter out;
-  out.Put<uint8_t>(1);
-  out.Put<uint32_t>(0xFFFFFFFF);
+  out.Put<uint8_t>(2);
+  out.Put(Checksum(body.view()));
+  out.PutArray(body.view());
   EXPECT_TRUE(absl::IsDataLoss(DecodeFeatures(out.view()).status()));
+  ByteWriter version_one;
+  version_one.Put<uint8_t>(1);
+  version_one.Put<uint32_t>(0xFFFFFFFF);
+  EXPECT_TRUE(absl::IsDataLoss(DecodeFeatures(version_one.view()).status()));
+}
+
+TEST(FeatureCodec, NoChangedBitGoesUnnoticed) {
+  const Blob good = Encoded(RandomFeatures(20, 6, true, true));
+  for (size_t bit = 0; bit < 8 * good.size(); ++bit) {
+    Blob damaged = good;
+    damaged[bit / 8] = static_cast<uint8_t>(damaged[bit / 8] ^ (1U << (bit % 8)));
+    EXPECT_TRUE(absl::IsDataLoss(DecodeFeatures(damaged).status())) << bit;
+  }
+}
+
+// --- Which keypoints are kept
+
+TEST(KeypointSelection, FewAreKeptAll) {
+  EXPECT_EQ(SelectKeypoints(5, {}, 5), AllOf(5));
+  EXPECT_EQ(SelectKeypoints(0, {}, 5), AllOf(0));
+}
+
+TEST(KeypointSelection, ThoseThatSeeAPointComeFirst) {
+  std::vector<MapPointId> sees(100);
+  for (const size_t i : {7, 8, 90}) sees[i] = MapPointId(i);
+  const std::vector<uint32_t> kept = SelectKeypoints(100, sees, 10);
+  EXPECT_EQ(kept.size(), 10U);
+  EXPECT_TRUE(std::is_sorted(kept.begin(), kept.end()));
+  EXPECT_EQ(std::adjacent_find(kept.begin(), kept.end()), kept.end());
+  for (const uint32_t i : {7, 8, 90}) EXPECT_TRUE(std::binary_search(kept.begin(), kept.end(), i));
+  // The others lie evenly.
+  for (size_t i = 1; i < kept.size(); ++i) EXPECT_LE(kept[i] - kept[i - 1], 20U);
+}
+
+TEST(KeypointSelection, AllThatSeeAPointAreKeptHoweverMany) {
+  std::vector<MapPointId> sees(100, MapPointId(1));
+  sees[3] = MapPointId();
+  EXPECT_EQ(SelectKeypoints(100, sees, 10).size(), 99U);
+}
+
+TEST(IndexSet, RoundTripAndDamage) {
+  std::mt19937 random(9);
+  for (const size_t count : {1, 8, 9, 2000}) {
+    for (const size_t share : {1, 2, 50}) {
+      std::vector<uint32_t> indices;
+      for (uint32_t i = 0; i < count; ++i) {
+        if (random() % share == 0) indices.push_back(i);
+      }
+      const Blob packed = EncodeIndexSet(count, indices);
+      EXPECT_LE(packed.size(), 14 + std::min(count / 8, indices.size() + 1));
+      const absl::StatusOr<std::vector<uint32_t>> decoded = DecodeIndexSet(packed, count);
+      ASSERT_TRUE(decoded.ok());
+      EXPECT_EQ(*decoded, indices);
+      if (packed.empty()) continue;
+      EXPECT_TRUE(absl::IsDataLoss(DecodeIndexSet(packed, count + 1).status()));
+    }
+  }
+  const Blob good = EncodeIndexSet(100, std::vector<uint32_t>{1, 7, 99});
+  for (size_t bit = 0; bit < 8 * good.size(); ++bit) {
+    Blob damaged = good;
+    damaged[bit / 8] = static_cast<uint8_t>(damaged[bit / 8] ^ (1U << (bit % 8)));
+    EXPECT_TRUE(absl::IsDataLoss(DecodeIndexSet(damaged, 100).status())) << bit;
+  }
 }
 
 TEST(ObservationCodec, RoundTripAndSize) {

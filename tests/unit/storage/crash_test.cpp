@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <filesystem>
 #include <random>
 #include <thread>
 
@@ -37,6 +38,12 @@ constexpr size_t kKeypoints = 400;
       const absl::StatusOr<MapInfo> other =
           store->CreateMap(MapNamed("other" + std::to_string(delta.version)));
       if (!other.ok() || !store->DeleteMap(other->id).ok()) _exit(6);
+      // So are a copy and a backup.
+      const absl::StatusOr<MapInfo> copy =
+          store->CopyMap(map->id, "copy" + std::to_string(delta.version), 1, nullptr);
+      if (!copy.ok() || !store->DeleteMap(copy->id).ok()) _exit(7);
+      std::filesystem::remove(path + ".backup");
+      if (!store->Backup(path + ".backup", nullptr).ok()) _exit(8);
     }
   }
 }
@@ -73,6 +80,15 @@ void ExpectSound(const std::string& path, uint64_t acknowledged) {
   EXPECT_GE(session->last_delta_version, acknowledged);
   EXPECT_LE(session->last_delta_version, acknowledged + 1);
   EXPECT_EQ(Findings(*store, session->map), "");
+  // Only whole copies are seen, and only whole backups have their name.
+  const absl::StatusOr<std::vector<MapInfo>> maps = store->ListMaps({});
+  ASSERT_TRUE(maps.ok()) << maps.status();
+  for (const MapInfo& map : *maps) EXPECT_EQ(Findings(*store, map.id), "") << map.name;
+  if (std::filesystem::exists(path + ".backup")) {
+    const std::unique_ptr<MapStore> backup = OpenOrDie(ConfigFor(path + ".backup"));
+    ASSERT_NE(backup, nullptr);
+    EXPECT_EQ(Findings(*backup, session->map), "");
+  }
   DeltaGenerator generator(kSeed, kKeypoints);
   for (uint64_t version = 0; version < session->last_delta_version; ++version) generator.Next();
   const ModelMap& model = generator.model();

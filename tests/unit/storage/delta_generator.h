@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "slam/map/map_delta.h"
+#include "storage/feature_codec.h"
 
 namespace semmap::storage {
 
@@ -73,9 +74,10 @@ class DeltaGenerator {
     const bool with_depth = Chance(0.5);
     for (size_t i = 0; i < count; ++i) {
       const bool has_depth = with_depth && Chance(0.6);
-      features->keypoints.push_back({Float(0, 1240), Float(0, 375), has_depth ? Float(0, 1240) : -1.0F,
-                                     has_depth ? Float(1, 80) : -1.0F, Float(0, 6.28),
-                                     static_cast<uint8_t>(Below(8)), static_cast<uint8_t>(Below(23))});
+      features->keypoints.push_back(
+          AsStored({Float(0, 1240), Float(0, 375), has_depth ? Float(0, 1240) : -1.0F,
+                    has_depth ? Float(1, 80) : -1.0F, Float(0, 6.28), static_cast<uint8_t>(Below(8)),
+                    static_cast<uint8_t>(Below(23))}));
       features->descriptors.push_back({{random_(), random_(), random_(), random_()}});
     }
     return features;

@@ -199,19 +199,6 @@ TEST_P(MapStoreContract, ListsSessionsInPages) {
 
 }  // namespace
 
-INSTANTIATE_TEST_SUITE_P(Backends, MapStoreContract,
-                         testing::Values(Backend{"SqliteNormal",
-                                                 [](const TempDir& dir) {
-                                                   return ConfigFor(dir.File("maps.db"));
-                                                 }},
-                                         Backend{"SqliteFull",
-                                                 [](const TempDir& dir) {
-                                                   StorageConfig config =
-                                                       ConfigFor(dir.File("\xC3\xBC maps?.db"));
-                                                   config.synchronous = "full";
-                                                   config.max_readers = 1;
-                                                   return config;
-                                                 }}),
-                         [](const testing::TestParamInfo<Backend>& backend) { return backend.param.name; });
+INSTANTIATE_TEST_SUITE_P(Backends, MapStoreContract, testing::ValuesIn(AllBackends()), BackendName);
 
 }  // namespace semmap::storage

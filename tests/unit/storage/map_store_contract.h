@@ -8,7 +8,7 @@
 #include "storage_test_support.h"
 
 // What every backend must do, whatever lies under it: *_contract_test.cpp. A backend joins by a line in
-// INSTANTIATE_TEST_SUITE_P of map_contract_test.cpp.
+// AllBackends.
 namespace semmap::storage {
 
 struct Backend {
@@ -16,6 +16,19 @@ struct Backend {
   // The configuration of a store in this directory; the same one again opens the same store.
   std::function<StorageConfig(const TempDir&)> config;
 };
+
+inline std::vector<Backend> AllBackends() {
+  const auto normal = [](const TempDir& dir) { return ConfigFor(dir.File("maps.db")); };
+  const auto full = [](const TempDir& dir) {
+    StorageConfig config = ConfigFor(dir.File("\xC3\xBC maps?.db"));
+    config.synchronous = "full";
+    config.max_readers = 1;
+    return config;
+  };
+  return {{"SqliteNormal", normal}, {"SqliteFull", full}};
+}
+
+inline std::string BackendName(const testing::TestParamInfo<Backend>& backend) { return backend.param.name; }
 
 class MapStoreContract : public testing::TestWithParam<Backend> {
  protected:

@@ -13,6 +13,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "slam/map/map_delta.h"
+#include "storage/feature_codec.h"
 #include "storage/map_store.h"
 
 namespace semmap::storage {
@@ -75,9 +76,9 @@ inline KeyFrameRecord KeyFrameWith(uint64_t id, size_t keypoints, const Eigen::V
   auto features = std::make_shared<FrameFeatures>();
   for (size_t i = 0; i < keypoints; ++i) {
     const auto value = static_cast<float>(i);
-    features->keypoints.push_back({value * 1.1F, value * 0.7F, i % 3 == 0 ? -1.0F : value,
-                                   i % 3 == 0 ? -1.0F : 4.2F, value * 0.001F, static_cast<uint8_t>(i % 8),
-                                   static_cast<uint8_t>(i % 5)});
+    features->keypoints.push_back(
+        AsStored({value * 1.1F, value * 0.7F, i % 3 == 0 ? -1.0F : value, i % 3 == 0 ? -1.0F : 4.2F,
+                  value * 0.001F, static_cast<uint8_t>(i % 8), static_cast<uint8_t>(i % 5)}));
     features->descriptors.push_back({{i, id, ~uint64_t{0}, i * id}});
   }
   KeyFrameRecord keyframe;
@@ -130,6 +131,7 @@ inline bool SameKeypoint(const Keypoint& a, const Keypoint& b) {
 
 inline bool SameFeatures(const FrameFeatures& a, const FrameFeatures& b) {
   if (a.keypoints.size() != b.keypoints.size() || a.descriptors != b.descriptors) return false;
+  if (a.frame_index != b.frame_index) return false;
   for (size_t i = 0; i < a.keypoints.size(); ++i) {
     if (!SameKeypoint(a.keypoints[i], b.keypoints[i])) return false;
   }
