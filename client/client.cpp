@@ -1,5 +1,6 @@
 #include "client/client.h"
 
+#include <chrono>
 #include <utility>
 
 #include <grpcpp/grpcpp.h>
@@ -9,6 +10,7 @@
 #include "client/names.h"
 #include "client/request_id.h"
 #include "semmap/v1/map_service.grpc.pb.h"
+#include "semmap/v1/operation.grpc.pb.h"
 #include "semmap/v1/session_service.grpc.pb.h"
 
 namespace semmap::client {
@@ -42,14 +44,27 @@ absl::Status ReadAll(MessageReader<Response>& reader, std::chrono::milliseconds 
   return reader.Finish(false);
 }
 
+// How often progress is told; the end of an operation is answered at once.
+constexpr std::chrono::milliseconds kPollInterval(500);
+
+google::protobuf::Duration ToDuration(std::chrono::milliseconds duration) {
+  google::protobuf::Duration result;
+  result.set_seconds(duration / std::chrono::seconds(1));
+  result.set_nanos(
+      static_cast<int32_t>(std::chrono::nanoseconds(duration % std::chrono::seconds(1)).count()));
+  return result;
+}
+
 absl::Status Stopped() { return absl::CancelledError("the caller wanted no more"); }
 
 }  // namespace
 
 struct Client::Stubs {
-  explicit Stubs(const std::shared_ptr<grpc::Channel>& channel) : maps(channel), sessions(channel) {}
+  explicit Stubs(const std::shared_ptr<grpc::Channel>& channel)
+      : maps(channel), sessions(channel), operations(channel) {}
   v1::MapService::Stub maps;
   v1::SessionService::Stub sessions;
+  v1::OperationService::Stub operations;
 };
 
 Client::Client(std::shared_ptr<Connection> connection)
@@ -88,6 +103,63 @@ absl::Status Client::DeleteMap(const std::string& map) {
   request.set_name(MapName(map));
   request.set_request_id(NewRequestId());
   return CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::DeleteMap, request).status();
+}
+
+absl::StatusOr<v1::Map> Client::RenameMap(const std::string& map, const std::string& new_name) {
+  v1::RenameMapRequest request;
+  request.set_name(MapName(map));
+  request.set_new_name(MapName(new_name));
+  request.set_request_id(NewRequestId());
+  return CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::RenameMap, request);
+}
+
+template <typename Response>
+absl::StatusOr<Response> Client::Finish(absl::StatusOr<v1::Operation> operation, const Progress& progress) {
+  bool cancelled = false;
+  while (operation.ok() && !operation->done()) {
+    if (!cancelled && progress && !progress(operation->metadata())) {
+      cancelled = true;
+      v1::CancelOperationRequest cancel;
+      cancel.set_name(operation->name());
+      const auto answer =
+          CallUnary(*connection_, stubs_->operations, &v1::OperationService::Stub::CancelOperation, cancel);
+      if (!answer.ok()) return answer.status();
+    }
+    v1::WaitOperationRequest wait;
+    wait.set_name(operation->name());
+    *wait.mutable_timeout() = ToDuration(kPollInterval);
+    operation = CallUnary(*connection_, stubs_->operations, &v1::OperationService::Stub::WaitOperation, wait);
+  }
+  if (!operation.ok()) return operation.status();
+  if (operation->has_error()) return FromRpcStatus(operation->error());
+  Response response;
+  if (operation->response().UnpackTo(&response)) return response;
+  return absl::InternalError("the server answered an operation with a message of another kind");
+}
+
+absl::StatusOr<v1::Map> Client::CopyMap(const std::string& map, const std::string& new_name,
+                                        const Progress& progress) {
+  v1::CopyMapRequest request;
+  request.set_name(MapName(map));
+  request.set_new_name(MapName(new_name));
+  request.set_request_id(NewRequestId());
+  return Finish<v1::Map>(CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::CopyMap, request),
+                         progress);
+}
+
+absl::StatusOr<v1::CheckMapResponse> Client::CheckMap(const std::string& map, const Progress& progress) {
+  v1::CheckMapRequest request;
+  request.set_name(MapName(map));
+  return Finish<v1::CheckMapResponse>(
+      CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::CheckMap, request), progress);
+}
+
+absl::StatusOr<v1::CheckMapResponse> Client::RepairMap(const std::string& map, const Progress& progress) {
+  v1::RepairMapRequest request;
+  request.set_name(MapName(map));
+  request.set_request_id(NewRequestId());
+  return Finish<v1::CheckMapResponse>(
+      CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::RepairMap, request), progress);
 }
 
 absl::StatusOr<v1::MapSummary> Client::GetMapSummary(const std::string& map) {

@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "client/connection.h"
 #include "semmap/v1/map_service.pb.h"
+#include "semmap/v1/operation.pb.h"
 #include "semmap/v1/session_service.pb.h"
 
 namespace semmap::client {
@@ -22,6 +23,9 @@ class Client {
   template <typename Message>
   using Consumer = std::function<bool(const Message&)>;
 
+  // Called now and then while an operation runs; may be empty.
+  using Progress = std::function<bool(const v1::OperationMetadata&)>;
+
   explicit Client(std::shared_ptr<Connection> connection);
   ~Client();
   Client(const Client&) = delete;
@@ -32,6 +36,13 @@ class Client {
   // All pages.
   absl::StatusOr<std::vector<v1::Map>> ListMaps();
   absl::Status DeleteMap(const std::string& map);
+  absl::StatusOr<v1::Map> RenameMap(const std::string& map, const std::string& new_name);
+  // These take long; they return when the server is done. A Progress that returns false cancels the operation
+  // on the server, which then answers CANCELLED.
+  absl::StatusOr<v1::Map> CopyMap(const std::string& map, const std::string& new_name,
+                                  const Progress& progress);
+  absl::StatusOr<v1::CheckMapResponse> CheckMap(const std::string& map, const Progress& progress);
+  absl::StatusOr<v1::CheckMapResponse> RepairMap(const std::string& map, const Progress& progress);
   absl::StatusOr<v1::MapSummary> GetMapSummary(const std::string& map);
 
   // Points arrive in pieces, in the order of their ids.
@@ -50,6 +61,9 @@ class Client {
 
  private:
   struct Stubs;
+  // Waits for the operation and unpacks its response.
+  template <typename Response>
+  absl::StatusOr<Response> Finish(absl::StatusOr<v1::Operation> operation, const Progress& progress);
   std::shared_ptr<Connection> connection_;
   std::unique_ptr<Stubs> stubs_;
 };

@@ -111,6 +111,17 @@ absl::Status WithReason(const absl::Status& status, v1::ErrorReason reason, Erro
   return Error(reason, std::string(status.message()), metadata);
 }
 
+google::rpc::Status ToRpcStatus(const absl::Status& status) {
+  const absl::Status reasoned = WithReason(status, v1::ERROR_REASON_INTERNAL);
+  google::rpc::Status details;
+  details.set_code(static_cast<int>(reasoned.code()));
+  details.set_message(std::string(reasoned.message()));
+  google::protobuf::Any* info = details.add_details();
+  info->set_type_url(std::string(kErrorInfoUrl));
+  info->set_value(std::string(*reasoned.GetPayload(kErrorInfoUrl.data())));
+  return details;
+}
+
 absl::Status FromStore(const absl::Status& status) {
   return WithReason(status, ReasonOfStoreCode(status.code()));
 }

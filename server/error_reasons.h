@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "google/rpc/status.pb.h"
 #include "semmap/v1/error_reason.pb.h"
 
 // The one table of reasons for which calls fail. A status that leaves the server carries one of them as
@@ -22,6 +23,10 @@ absl::Status NotImplemented(std::string_view feature);
 
 // `status` with its reason, if it has none yet; its code becomes the reason's. OK stays OK.
 absl::Status WithReason(const absl::Status& status, v1::ErrorReason reason, ErrorMetadata metadata = {});
+
+// As it goes over the wire: code, message and the reason as a detail. A status that came without a reason is
+// a defect and becomes INTERNAL.
+google::rpc::Status ToRpcStatus(const absl::Status& status);
 
 // Gives a status of the store that reason which follows from its code. NOT_FOUND and ALREADY_EXISTS mean
 // different things in different calls: give those a reason before.

@@ -11,6 +11,7 @@
 #include "server/rpc/server.h"
 #include "slam/pipeline/session.h"
 #include "slam/place/vocabulary.h"
+#include "storage/map_store.h"
 
 namespace {
 
@@ -21,6 +22,7 @@ struct Options {
   std::string config_file;
   std::string data_directory;
   std::string listen;
+  std::string backup_file;
 };
 
 // The signals that end the program, blocked in every thread: the main thread waits for them.
@@ -64,6 +66,18 @@ int Fail(const absl::Status& status) {
   return 1;
 }
 
+// May run beside a server that has the database open.
+int Backup(const Options& options) {
+  const auto config = ReadConfig(options);
+  if (!config.ok()) return Fail(config.status());
+  const auto store = semmap::storage::OpenMapStore(config->storage);
+  if (!store.ok()) return Fail(store.status());
+  const absl::Status status = (*store)->Backup(options.backup_file, nullptr);
+  if (!status.ok()) return Fail(status);
+  std::printf("all maps are in %s\n", options.backup_file.c_str());
+  return 0;
+}
+
 int Run(const Options& options) {
   const sigset_t signals = BlockEndSignals();
   const auto config = ReadConfig(options);
@@ -90,6 +104,8 @@ int main(int argc, char** argv) {
   app.add_option("--config", options.config_file, "YAML configuration file")->check(CLI::ExistingFile);
   app.add_option("--data", options.data_directory, "Directory of the database; created if it is not there");
   app.add_option("--listen", options.listen, "HOST:PORT; port 0 takes any");
+  app.add_option("--backup", options.backup_file,
+                 "Write all maps to this new file and end; also while a server is running");
   CLI11_PARSE(app, argc, argv);
-  return Run(options);
+  return options.backup_file.empty() ? Run(options) : Backup(options);
 }

@@ -10,6 +10,7 @@ namespace {
 constexpr size_t kMaxIdLength = 63;
 constexpr std::string_view kMapPrefix = "maps/";
 constexpr std::string_view kSessionPrefix = "sessions/";
+constexpr std::string_view kOperationPrefix = "operations/";
 
 bool IsAlphanumeric(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
@@ -49,10 +50,18 @@ absl::StatusOr<std::string> ParseSessionName(std::string_view field, std::string
   return ParseName(field, kSessionPrefix, name);
 }
 
+absl::StatusOr<std::string> ParseOperationName(std::string_view field, std::string_view name) {
+  return ParseName(field, kOperationPrefix, name);
+}
+
 std::string MapName(std::string_view map_id) { return std::string(kMapPrefix).append(map_id); }
 
 std::string SessionName(std::string_view session_id) {
   return std::string(kSessionPrefix).append(session_id);
+}
+
+std::string OperationName(std::string_view operation_id) {
+  return std::string(kOperationPrefix).append(operation_id);
 }
 
 absl::Status ValidateText(std::string_view field, std::string_view text, size_t max_length) {

@@ -2,6 +2,7 @@
 
 #include <functional>
 
+#include "server/operations.h"
 #include "server/request_log.h"
 #include "server/server_config.h"
 #include "server/session_registry.h"
@@ -17,6 +18,7 @@ struct ServiceContext {
   SessionRegistry* sessions = nullptr;
   RequestLog* requests = nullptr;
   Timer* timer = nullptr;
+  Operations* operations = nullptr;
   std::function<TimestampNs()> wall_clock;
 };
 

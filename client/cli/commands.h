@@ -18,6 +18,8 @@ using Action = std::function<absl::Status(const Console& console)>;
 void AddDriveCommand(CLI::App& parent, Action* action);
 void AddMapsCommand(CLI::App& parent, Action* action);
 void AddMapCommand(CLI::App& parent, Action* action);
+// Below `map`: rename, copy, check, repair.
+void AddMapCareCommands(CLI::App& map_command, Action* action);
 void AddPointsCommand(CLI::App& parent, Action* action);
 void AddKeyFramesCommand(CLI::App& parent, Action* action);
 void AddTrajectoryCommand(CLI::App& parent, Action* action);

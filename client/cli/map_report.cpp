@@ -91,4 +91,28 @@ std::string MapSummaryTable(const v1::MapSummary& summary) {
   return absl::StrCat(text, "\n", classes.Format());
 }
 
+json MapCheckJson(const v1::CheckMapResponse& response) {
+  json result = {{"sound", response.problems().empty()},
+                 {"keyframes", response.keyframes()},
+                 {"points", response.points()},
+                 {"observations", response.observations()},
+                 {"problems", json::array()}};
+  for (const v1::MapProblem& problem : response.problems()) {
+    result["problems"].push_back(
+        {{"check", problem.check()}, {"count", problem.count()}, {"detail", problem.detail()}});
+  }
+  return result;
+}
+
+std::string MapCheckTable(const v1::CheckMapResponse& response) {
+  std::string text = absl::StrFormat("looked at %d keyframes, %d points, %d observations\n",
+                                     response.keyframes(), response.points(), response.observations());
+  if (response.problems().empty()) return absl::StrCat(text, "sound\n");
+  Table problems({"PROBLEM", "COUNT", "EXAMPLE"});
+  for (const v1::MapProblem& problem : response.problems()) {
+    problems.AddRow({problem.check(), absl::StrCat(problem.count()), problem.detail()});
+  }
+  return absl::StrCat(text, problems.Format());
+}
+
 }  // namespace semmap::client

@@ -12,4 +12,7 @@ nlohmann::json MapJson(const v1::Map& map);
 nlohmann::json MapSummaryJson(const v1::MapSummary& summary);
 std::string MapSummaryTable(const v1::MapSummary& summary);
 
+nlohmann::json MapCheckJson(const v1::CheckMapResponse& response);
+std::string MapCheckTable(const v1::CheckMapResponse& response);
+
 }  // namespace semmap::client

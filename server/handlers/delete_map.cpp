@@ -20,9 +20,7 @@ absl::Status Delete(const ServiceContext& context, const v1::DeleteMapRequest& r
   if (!request.etag().empty() && request.etag() != EtagOf(*map)) {
     return Error(v1::ERROR_REASON_ETAG_MISMATCH, "the map has changed", {{"map", map->name}});
   }
-  if (context.sessions->IsMapInUse(map->name)) {
-    return Error(v1::ERROR_REASON_MAP_IN_USE, "a session runs on the map", {{"map", map->name}});
-  }
+  SEMMAP_RETURN_IF_ERROR(RequireUnused(context, map->name));
   SEMMAP_RETURN_IF_ERROR(FromStore(context.store->DeleteMap(map->id)));
   spdlog::info("map deleted map={}", map->name);
   return absl::OkStatus();

@@ -18,6 +18,10 @@ absl::StatusOr<v1::ListMapsResponse> ListMaps(const ServiceContext& context,
                                               const v1::ListMapsRequest& request);
 absl::StatusOr<google::protobuf::Empty> DeleteMap(const ServiceContext& context,
                                                   const v1::DeleteMapRequest& request);
+absl::StatusOr<v1::Map> RenameMap(const ServiceContext& context, const v1::RenameMapRequest& request);
+absl::StatusOr<v1::Operation> CopyMap(const ServiceContext& context, const v1::CopyMapRequest& request);
+absl::StatusOr<v1::Operation> CheckMap(const ServiceContext& context, const v1::CheckMapRequest& request);
+absl::StatusOr<v1::Operation> RepairMap(const ServiceContext& context, const v1::RepairMapRequest& request);
 absl::StatusOr<v1::MapSummary> GetMapSummary(const ServiceContext& context,
                                              const v1::GetMapSummaryRequest& request);
 absl::StatusOr<v1::QueryKeyFramesResponse> QueryKeyFrames(const ServiceContext& context,
@@ -29,6 +33,8 @@ absl::StatusOr<std::unique_ptr<ChunkSource<v1::QueryMapPointsResponse>>> QueryMa
 absl::StatusOr<std::unique_ptr<ChunkSource<v1::GetTrajectoryResponse>>> GetTrajectory(
     const ServiceContext& context, const v1::GetTrajectoryRequest& request);
 
+// MAP_IN_USE while a session runs on the map.
+absl::Status RequireUnused(const ServiceContext& context, const std::string& map_id);
 // The map that a well-formed name stands for: NAME_INVALID, MAP_NOT_FOUND, and the store's own.
 absl::StatusOr<storage::MapInfo> FindMap(const ServiceContext& context, const char* field,
                                          const std::string& name);

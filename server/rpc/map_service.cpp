@@ -34,6 +34,18 @@ class MapService : public v1::MapService::CallbackService {
                    google::protobuf::Empty* response) override {
     return RunUnary(runner_, call, request, response, &server::DeleteMap);
   }
+  Unary* RenameMap(Call* call, const v1::RenameMapRequest* request, v1::Map* response) override {
+    return RunUnary(runner_, call, request, response, &server::RenameMap);
+  }
+  Unary* CopyMap(Call* call, const v1::CopyMapRequest* request, v1::Operation* response) override {
+    return RunUnary(runner_, call, request, response, &server::CopyMap);
+  }
+  Unary* CheckMap(Call* call, const v1::CheckMapRequest* request, v1::Operation* response) override {
+    return RunUnary(runner_, call, request, response, &server::CheckMap);
+  }
+  Unary* RepairMap(Call* call, const v1::RepairMapRequest* request, v1::Operation* response) override {
+    return RunUnary(runner_, call, request, response, &server::RepairMap);
+  }
   Unary* GetMapSummary(Call* call, const v1::GetMapSummaryRequest* request,
                        v1::MapSummary* response) override {
     return RunUnary(runner_, call, request, response, &server::GetMapSummary);
@@ -57,9 +69,6 @@ class MapService : public v1::MapService::CallbackService {
   Unary* UpdateMap(Call* call, const v1::UpdateMapRequest*, v1::Map*) override {
     return AnswerNotImplemented(call, "UpdateMap");
   }
-  Unary* RenameMap(Call* call, const v1::RenameMapRequest*, v1::Map*) override {
-    return AnswerNotImplemented(call, "RenameMap");
-  }
   grpc::ServerWriteReactor<v1::WatchMapResponse>* WatchMap(Call*, const v1::WatchMapRequest*) override {
     return new RefusedStream<v1::WatchMapResponse>(NotImplemented("WatchMap"));  // NOLINT: deletes itself
   }
@@ -82,15 +91,6 @@ class MapService : public v1::MapService::CallbackService {
   }
   Unary* PruneMap(Call* call, const v1::PruneMapRequest*, v1::Operation*) override {
     return AnswerNotImplemented(call, "PruneMap");
-  }
-  Unary* CopyMap(Call* call, const v1::CopyMapRequest*, v1::Operation*) override {
-    return AnswerNotImplemented(call, "CopyMap");
-  }
-  Unary* CheckMap(Call* call, const v1::CheckMapRequest*, v1::Operation*) override {
-    return AnswerNotImplemented(call, "CheckMap");
-  }
-  Unary* RepairMap(Call* call, const v1::RepairMapRequest*, v1::Operation*) override {
-    return AnswerNotImplemented(call, "RepairMap");
   }
 
  private:

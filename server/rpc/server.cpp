@@ -22,6 +22,8 @@ namespace semmap::server {
 namespace {
 
 constexpr int kMaxMetadataBytes = 16 << 10;
+// Operations are for the disk more than for the processor: one at a time is fastest.
+constexpr int kOperationThreads = 1;
 // For streams to take their last message when the server stops.
 constexpr auto kGrace = std::chrono::seconds(2);
 
@@ -54,7 +56,9 @@ class GrpcServer : public Server {
         mappers_(MakeThreadPool(ThreadCount(config.server.mapping_threads))),
         trackers_(MakeThreadPool(ThreadCount(config.server.tracking_threads))),
         queries_(MakeThreadPool(config.server.query_threads)),
+        workers_(MakeThreadPool(kOperationThreads)),
         sessions_(std::make_unique<SessionRegistry>(Environment(), config.slam, std::move(factory), &timer_)),
+        operations_(std::make_unique<Operations>(workers_.get(), WallClock)),
         context_(Context()),
         runner_(context_, queries_.get()) {}
 
@@ -62,6 +66,8 @@ class GrpcServer : public Server {
   // the mappers.
   ~GrpcServer() override {
     Drain();
+    operations_.reset();
+    workers_.reset();
     queries_.reset();
     trackers_.reset();
     mappers_.reset();
@@ -78,7 +84,7 @@ class GrpcServer : public Server {
     return {config_.server, store_.get(), trackers_.get(), mappers_.get(), writer_.get(), WallClock};
   }
   ServiceContext Context() {
-    return {config_.server, store_.get(), sessions_.get(), &requests_, &timer_, WallClock};
+    return {config_.server, store_.get(), sessions_.get(), &requests_, &timer_, operations_.get(), WallClock};
   }
   static TimestampNs WallClock() { return absl::GetCurrentTimeNanos(); }
   std::string Host() const { return config_.server.listen.substr(0, config_.server.listen.rfind(':')); }
@@ -89,9 +95,11 @@ class GrpcServer : public Server {
   std::unique_ptr<Executor> mappers_;
   std::unique_ptr<Executor> trackers_;
   std::unique_ptr<Executor> queries_;
+  std::unique_ptr<Executor> workers_;  // of operations
   RequestLog requests_;
   Timer timer_;
   std::unique_ptr<SessionRegistry> sessions_;
+  std::unique_ptr<Operations> operations_;
   ServiceContext context_;
   CallRunner runner_;
   std::vector<std::unique_ptr<grpc::Service>> services_;
@@ -128,6 +136,7 @@ void GrpcServer::Drain() {
   if (auto* health = grpc_->GetHealthCheckService()) health->SetServingStatus(false);
   spdlog::info("draining sessions={}", sessions_->size());
   sessions_->Drain(absl::Seconds(config_.server.drain_timeout_s));
+  operations_->Stop();
   grpc_->Shutdown(std::chrono::system_clock::now() + kGrace);
   grpc_->Wait();
   spdlog::info("drained");

@@ -24,28 +24,13 @@ class SessionService : public v1::SessionService::CallbackService {
                       v1::ListSessionsResponse* response) override {
     return RunUnary(runner_, call, request, response, &server::ListSessions);
   }
-  Unary* EndSession(Call* call, const v1::EndSessionRequest* request, v1::Session* response) override;
+  Unary* EndSession(Call* call, const v1::EndSessionRequest* request, v1::Session* response) override {
+    return RunUnaryLater(runner_, call, request, response, &server::EndSession);
+  }
 
  private:
   CallRunner& runner_;
 };
-
-Unary* SessionService::EndSession(Call* call, const v1::EndSessionRequest* request, v1::Session* response) {
-  Unary* reactor = call->DefaultReactor();
-  if (const absl::Status admitted = runner_.Admit(); !admitted.ok()) {
-    reactor->Finish(ToGrpc(admitted));
-    return reactor;
-  }
-  runner_.Run([this, request, response, reactor] {
-    server::EndSession(runner_.context(), *request,
-                       [this, response, reactor](absl::StatusOr<v1::Session> session) {
-                         if (session.ok()) *response = std::move(session).value();
-                         runner_.Release();
-                         reactor->Finish(ToGrpc(session.status()));
-                       });
-  });
-  return reactor;
-}
 
 }  // namespace
 

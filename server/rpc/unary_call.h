@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <utility>
 
 #include <grpcpp/grpcpp.h>
@@ -32,6 +33,27 @@ grpc::ServerUnaryReactor* RunUnary(CallRunner& runner, grpc::CallbackServerConte
     }
     runner.Release();
     reactor->Finish(ToGrpc(status));
+  });
+  return reactor;
+}
+
+// The same for a handler that answers later, by calling what it is given once.
+template <typename Request, typename Response>
+grpc::ServerUnaryReactor* RunUnaryLater(CallRunner& runner, grpc::CallbackServerContext* call,
+                                        const Request* request, Response* response,
+                                        void (*handler)(const ServiceContext&, const Request&,
+                                                        std::function<void(absl::StatusOr<Response>)>)) {
+  grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
+  if (const absl::Status admitted = runner.Admit(); !admitted.ok()) {
+    reactor->Finish(ToGrpc(admitted));
+    return reactor;
+  }
+  runner.Run([&runner, request, response, reactor, handler] {
+    handler(runner.context(), *request, [&runner, response, reactor](absl::StatusOr<Response> result) {
+      if (result.ok()) *response = std::move(result).value();
+      runner.Release();
+      reactor->Finish(ToGrpc(result.status()));
+    });
   });
   return reactor;
 }

@@ -15,6 +15,24 @@ namespace {
 
 using ::testing::HasSubstr;
 
+TEST(MapCheck, SaysSoundOrWhatIsWrong) {
+  v1::CheckMapResponse response;
+  response.set_keyframes(3);
+  response.set_points(40);
+  response.set_observations(100);
+  EXPECT_THAT(MapCheckTable(response), HasSubstr("3 keyframes, 40 points, 100 observations\nsound\n"));
+  EXPECT_EQ(MapCheckJson(response)["sound"], true);
+  v1::MapProblem* problem = response.add_problems();
+  problem->set_check("count-mismatch");
+  problem->set_count(2);
+  problem->set_detail("keyframe 7 has 5 observations, not 6");
+  EXPECT_THAT(MapCheckTable(response), HasSubstr("count-mismatch      2  keyframe 7"));
+  const nlohmann::json json = MapCheckJson(response);
+  EXPECT_EQ(json["sound"], false);
+  EXPECT_EQ(json["problems"][0]["check"], "count-mismatch");
+  EXPECT_EQ(json["problems"][0]["count"], 2);
+}
+
 TEST(Table, AlignsNumbersRightAndTextLeft) {
   Table table({"NAME", "N"});
   table.AddRow({"a", "5"});

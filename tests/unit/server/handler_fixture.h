@@ -47,8 +47,8 @@ class HandlerTest : public testing::Test {
     environment_.wall_clock = [] { return TimestampNs{1'700'000'000'000'000'000}; };
     sessions_ =
         std::make_unique<SessionRegistry>(environment_, SlamConfig(), FakeSession::Factory(&gate_), &timer_);
-    context_ = {environment_.config, store_.get(), sessions_.get(),
-                &requests_,          &timer_,      environment_.wall_clock};
+    context_ = {environment_.config, store_.get(),           sessions_.get(), &requests_, &timer_,
+                &operations_,        environment_.wall_clock};
   }
   ~HandlerTest() override {
     gate_.Open();
@@ -101,6 +101,8 @@ class HandlerTest : public testing::Test {
   FrameGate gate_;
   RequestLog requests_;
   Timer timer_;
+  std::unique_ptr<Executor> workers_ = MakeThreadPool(1);
+  Operations operations_{workers_.get(), [] { return TimestampNs{1'700'000'000'000'000'000}; }};
   SessionEnvironment environment_;
   std::unique_ptr<SessionRegistry> sessions_;
   ServiceContext context_;
