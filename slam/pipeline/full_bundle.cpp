@@ -13,20 +13,10 @@ std::vector<KeyFrameId> SortedIds(const Map& map) {
   return ids;
 }
 
-MapWindow WholeMap(const ProjectionModel& model, const Map& map) {
-  MapWindow window(model);
-  const std::vector<KeyFrameId> ids = SortedIds(map);
-  for (const KeyFrameId id : ids) window.AddCamera(map, id, !map.FindKeyFrame(id)->parent.IsValid());
-  for (const KeyFrameId id : ids) window.AddPointsOf(map, id);
-  window.FixOne();
-  window.AddObservations(map);
-  return window;
-}
-
 }  // namespace
 
 FullBundle::FullBundle(const LoopConfig& config, const ProjectionModel& model, const Map& map)
-    : config_(config), window_(WholeMap(model, map)) {}
+    : config_(config), window_(MapWindow::Whole(model, map)) {}
 
 BundleSummary FullBundle::Solve(const std::atomic<bool>* stop) {
   BundleOptions options;

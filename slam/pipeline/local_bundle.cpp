@@ -1,7 +1,5 @@
 #include "slam/pipeline/local_bundle.h"
 
-#include <algorithm>
-
 #include "slam/pipeline/map_window.h"
 
 namespace semmap {
@@ -38,13 +36,7 @@ BundleSummary AdjustLocalMap(const MappingConfig& config, const ProjectionModel&
 }
 
 BundleSummary AdjustWholeMap(const MappingConfig& config, const ProjectionModel& model, Map* map) {
-  MapWindow window(model);
-  std::vector<KeyFrameId> all;
-  for (const auto& [id, keyframe] : map->keyframes()) all.push_back(id);
-  std::sort(all.begin(), all.end());
-  for (const KeyFrameId id : all) window.AddCamera(*map, id, !map->FindKeyFrame(id)->parent.IsValid());
-  for (const KeyFrameId id : all) window.AddPointsOf(*map, id);
-  window.AddObservations(*map);
+  MapWindow window = MapWindow::Whole(model, *map);
   BundleOptions options = MakeOptions(config, nullptr);
   options.second_iterations = 20;
   const BundleSummary summary = window.Solve(options);

@@ -4,6 +4,18 @@
 
 namespace semmap {
 
+MapWindow MapWindow::Whole(const ProjectionModel& model, const Map& map) {
+  std::vector<KeyFrameId> ids;
+  for (const auto& [id, keyframe] : map.keyframes()) ids.push_back(id);
+  std::sort(ids.begin(), ids.end());
+  MapWindow window(model);
+  for (const KeyFrameId id : ids) window.AddCamera(map, id, !map.FindKeyFrame(id)->parent.IsValid());
+  for (const KeyFrameId id : ids) window.AddPointsOf(map, id);
+  window.FixOne();
+  window.AddObservations(map);
+  return window;
+}
+
 void MapWindow::AddCamera(const Map& map, KeyFrameId id, bool fixed) {
   camera_index_.emplace(id, static_cast<int>(cameras_.size()));
   cameras_.push_back(id);

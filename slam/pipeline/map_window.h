@@ -14,6 +14,8 @@ namespace semmap {
 class MapWindow {
  public:
   explicit MapWindow(const ProjectionModel& model) { problem_.model = model; }
+  // All of the map; its first keyframe, which has no parent, is fixed.
+  static MapWindow Whole(const ProjectionModel& model, const Map& map);
 
   // --- filling; all of one map
   void AddCamera(const Map& map, KeyFrameId id, bool fixed);
