@@ -23,9 +23,12 @@ inline std::string SharedDataFolder() {
   return std::filesystem::is_directory(folder) ? folder.string() : std::string();
 }
 
-// Writes a file that lives as long as the test run's temporary folder.
+// Writes a file that lives as long as the test run's temporary folder. Each test has files of its own: tests run beside
+// each other.
 inline std::string WriteTemp(const std::string& name, const std::string& text) {
-  const std::string path = ::testing::TempDir() + "semmap_evaluation_" + name;
+  const ::testing::TestInfo& test = *::testing::UnitTest::GetInstance()->current_test_info();
+  const std::string path =
+      ::testing::TempDir() + "semmap_evaluation_" + test.test_suite_name() + "_" + test.name() + "_" + name;
   std::ofstream(path, std::ios::binary) << text;
   return path;
 }
