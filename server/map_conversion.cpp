@@ -1,20 +1,14 @@
 #include "server/map_conversion.h"
 
-#include <array>
-
 #include "absl/strings/str_cat.h"
 #include "server/error_reasons.h"
 #include "server/names.h"
 #include "server/pose_conversion.h"
 #include "server/session_conversion.h"
+#include "slam/semantics/taxonomy.h"
 
 namespace semmap::server {
 namespace {
-
-constexpr std::array<const char*, 23> kClassNames = {
-    "Unlabeled", "Building",   "Fence",        "Other",  "Pedestrian",  "Pole",  "RoadLine", "Road",
-    "SideWalk",  "Vegetation", "Vehicles",     "Wall",   "TrafficSign", "Sky",   "Ground",   "Bridge",
-    "RailTrack", "GuardRail",  "TrafficLight", "Static", "Dynamic",     "Water", "Terrain"};
 
 v1::Box BoxToProto(const Eigen::AlignedBox3d& box) {
   v1::Box proto;
@@ -36,7 +30,8 @@ v1::GeoAnchor AnchorToProto(const storage::GeoAnchor& anchor) {
 }  // namespace
 
 std::string ClassName(unsigned semantic_class) {
-  return semantic_class < kClassNames.size() ? kClassNames[semantic_class] : "Unknown";
+  return semantic_class < kSemanticClasses.size() ? std::string(kSemanticClasses[semantic_class].name)
+                                                  : "Unknown";
 }
 
 std::string EtagOf(const storage::MapInfo& map) { return absl::StrCat(map.id.value(), "-", map.version); }

@@ -1,17 +1,14 @@
-#include <algorithm>
-#include <array>
-
 #include "server/area_filter.h"
 #include "server/error_reasons.h"
 #include "server/handlers/map_handlers.h"
 #include "server/map_conversion.h"
 #include "slam/common/status_macros.h"
+#include "slam/semantics/taxonomy.h"
 
 namespace semmap::server {
 namespace {
 
 constexpr int kMaxClasses = 256;
-constexpr std::array<uint8_t, 6> kInactiveClasses = {0, 3, 4, 10, 13, 20};
 
 absl::Status FieldInvalid(const char* field, const char* what) {
   return Error(v1::ERROR_REASON_FIELD_INVALID, std::string(field) + " " + what, {{"field", field}});
@@ -91,8 +88,8 @@ absl::StatusOr<storage::MapPointQuery> ReadQuery(const v1::MapPointFilter& filte
 }
 
 bool IsActive(uint8_t semantic_class) {
-  return std::find(kInactiveClasses.begin(), kInactiveClasses.end(), semantic_class) ==
-         kInactiveClasses.end();
+  static const ClassSet inactive(kInactiveClasses);
+  return !inactive.Contains(semantic_class);
 }
 
 class PointSource : public ChunkSource<v1::QueryMapPointsResponse> {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "slam/features/descriptor.h"
+#include "slam/semantics/taxonomy.h"
 
 namespace semmap {
 
@@ -20,8 +21,10 @@ struct Keypoint {
   float angle = 0;
   // Pyramid level, 0 is full resolution.
   uint8_t octave = 0;
-  // CARLA class id of the pixel, 255 when nobody said.
-  uint8_t semantic_class = 255;
+  // Id of SemanticClass, kUnknownClass when nobody said; and its probability, 255 = certain. The store does
+  // not keep the latter.
+  uint8_t semantic_class = kUnknownClass;
+  uint8_t class_confidence = 255;
 
   bool HasDepth() const { return depth > 0; }
 };

@@ -17,7 +17,9 @@ struct FrameInput {
   cv::Mat image;       // CV_8UC1, the left or only image, as large as the rig says
   cv::Mat right;       // stereo: CV_8UC1, rectified
   cv::Mat depth;       // RGB-D: CV_16UC1 in the rig's units, or CV_32FC1 metres
-  cv::Mat class_mask;  // optional: CV_8UC1 CARLA ids, from the vehicle
+  cv::Mat class_mask;  // optional: CV_8UC1, ids of SemanticClass, from the vehicle or a Segmenter
+  // With a mask, optional: CV_8UC1, how sure each pixel's class is; 255 = certain, as is all without it.
+  cv::Mat class_confidence;
 };
 
 enum class TrackingState {
