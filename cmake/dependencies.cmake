@@ -15,6 +15,8 @@ find_package(gRPC 1.51 REQUIRED)
 find_package(SQLite3 3.40 REQUIRED)
 find_package(yaml-cpp 0.7 REQUIRED)
 find_package(spdlog 1.10 REQUIRED)
+# Linked by semmap_segmentation alone, privately, so that its flags reach nobody else.
+find_package(Torch 1.13 REQUIRED)
 find_package(nlohmann_json 3.11 QUIET)
 if(NOT TARGET nlohmann_json::nlohmann_json)
   find_path(NLOHMANN_JSON_INCLUDE nlohmann/json.hpp REQUIRED)

@@ -8,6 +8,7 @@ packages=(
   # libraries
   libopencv-dev libeigen3-dev libceres-dev libabsl-dev libprotobuf-dev libgrpc++-dev libgrpc-dev libsqlite3-dev
   libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libjpeg-dev libxxhash-dev
+  libtorch-dev
   # the simulated town: off-screen OpenGL without a display
   libepoxy-dev libegl-dev libglm-dev libegl1 libegl-mesa0 libgl1-mesa-dri
   # tests

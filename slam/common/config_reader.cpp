@@ -53,6 +53,8 @@ YAML::Node ConfigReader::Find(const char* key) {
 
 bool ConfigReader::Has(const char* key) const { return node_.IsMap() && node_[key].IsDefined(); }
 
+bool ConfigReader::HasList(const char* key) const { return Has(key) && node_[key].IsSequence(); }
+
 void ConfigReader::Ignore(const char* key) { known_.emplace_back(key); }
 
 template <typename T>
@@ -139,8 +141,8 @@ void ConfigReader::Absorb(ConfigReader& child) {
 void ConfigReader::Complain(const char* key, std::string_view reason) {
   const YAML::Node& fixed = node_;
   const YAML::Node field = node_.IsMap() ? fixed[key] : YAML::Node(YAML::NodeType::Undefined);
-  complaints_.push_back(
-      absl::StrCat(At(name_, field.IsDefined() ? field : node_), ": ", prefix_, key, " ", std::string(reason)));
+  complaints_.push_back(absl::StrCat(At(name_, field.IsDefined() ? field : node_), ": ", prefix_, key, " ",
+                                     std::string(reason)));
 }
 
 void ConfigReader::ComplainUnknownKeys() {

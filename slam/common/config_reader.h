@@ -38,6 +38,8 @@ class ConfigReader {
   void NumberList(const char* key, std::vector<double>* values, size_t max_size);
 
   bool Has(const char* key) const;
+  // Whether the key is there and holds a sequence.
+  bool HasList(const char* key) const;
   // Marks a key as known without reading it: another program's part of a shared file.
   void Ignore(const char* key);
   // A nested mapping; absent, it reads as empty. Its complaints count as this reader's.

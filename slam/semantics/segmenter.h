@@ -1,27 +1,24 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
 
 #include "absl/status/statusor.h"
+#include "slam/semantics/segmentation.h"
 
 namespace semmap {
 
-// What an image shows, pixel by pixel.
-struct Segmentation {
-  cv::Mat classes;     // CV_8UC1, ids of SemanticClass, as large as the image
-  cv::Mat confidence;  // CV_8UC1, probability of the class, 255 = certain; may be empty: all certain
-};
-
-// Tells the class of each pixel. One serves all sessions: thread-safe.
+// Says what the pixels of images show. slam/semantics/torch has the one that runs a network. Thread-safe.
 class Segmenter {
  public:
   virtual ~Segmenter() = default;
 
-  // One answer for each image, in their order. Images are CV_8UC3 (BGR) or CV_8UC1, and need not be of one
-  // size.
+  // One segmentation for each image (CV_8UC3 BGR or CV_8UC1, of any size, not empty), in order. Images that
+  // the network sees at one size go through it as one batch. INVALID_ARGUMENT for other pixels, INTERNAL when
+  // the network fails or its scores are not numbers.
   virtual absl::StatusOr<std::vector<Segmentation>> Segment(std::span<const cv::Mat> images) = 0;
 };
 

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+
+#include "absl/time/time.h"
+#include "slam/common/fwd.h"
+
+namespace semmap {
+
+// Which frames of a session go through the network. Frames that bring a mask of their own never do.
+enum class SegmentationMode {
+  kOff,
+  kEveryFrame,  // beside the extraction of features
+  kKeyFrames,   // keyframes alone, beside tracking: the mapper waits for their classes
+};
+
+struct SegmentationConfig {
+  SegmentationMode mode = SegmentationMode::kOff;
+  std::string model;  // path of a SegmentationModel; empty: DefaultSegmentationModelPath()
+  int threads = 0;    // of the network; 0: as many as the machine has cores
+  // Of the queue that all sessions share.
+  int max_batch = 4;
+  int max_waiting = 128;
+  // How long a frame waits for its classes after its features are there, and a keyframe in the mapper; 0: as
+  // long as it takes. A frame that waited in vain goes without classes.
+  double max_wait_ms = 100;
+
+  absl::Duration max_wait() const;
+  void Read(ConfigReader& reader);
+};
+
+}  // namespace semmap
