@@ -14,11 +14,23 @@ bool IsMatch(const NearestTwo& nearest) {
          nearest.distance <= static_cast<int>(kDistinctRatio * nearest.second_distance);
 }
 
-std::vector<KeypointPair> Sift(const KeyFrame& keyframe, const FrameFeatures& image,
+std::vector<KeypointPair> Sift(const FrameFeatures& keyframe, const FrameFeatures& image,
                                std::vector<KeypointPair> pairs) {
   KeepBestOfSecond(image.size(), &pairs);
-  KeepConsistentRotation(keyframe.features->keypoints, image.keypoints, &pairs);
+  KeepConsistentRotation(keyframe.keypoints, image.keypoints, &pairs);
   return pairs;
+}
+
+template <typename SeesPoint>
+std::vector<KeypointPair> MatchAll(const FrameFeatures& keyframe, const SeesPoint& sees_point,
+                                   const FrameFeatures& image) {
+  std::vector<KeypointPair> pairs;
+  for (size_t i = 0; i < keyframe.size(); ++i) {
+    if (!sees_point(i)) continue;
+    const NearestTwo nearest = FindNearestTwo(keyframe.descriptors[i], image.descriptors);
+    if (IsMatch(nearest)) pairs.push_back({static_cast<int>(i), nearest.index, nearest.distance});
+  }
+  return Sift(keyframe, image, std::move(pairs));
 }
 
 }  // namespace
@@ -43,17 +55,17 @@ std::vector<KeypointPair> MatchWithinNodes(const KeyFrame& keyframe, const Direc
       pairs.push_back({static_cast<int>(keypoint), candidates[nearest.index], nearest.distance});
     }
   }
-  return Sift(keyframe, image, std::move(pairs));
+  return Sift(*keyframe.features, image, std::move(pairs));
 }
 
 std::vector<KeypointPair> MatchExhaustively(const KeyFrame& keyframe, const FrameFeatures& image) {
-  std::vector<KeypointPair> pairs;
-  for (size_t i = 0; i < keyframe.points.size(); ++i) {
-    if (!keyframe.points[i].IsValid()) continue;
-    const NearestTwo nearest = FindNearestTwo(keyframe.features->descriptors[i], image.descriptors);
-    if (IsMatch(nearest)) pairs.push_back({static_cast<int>(i), nearest.index, nearest.distance});
-  }
-  return Sift(keyframe, image, std::move(pairs));
+  return MatchAll(
+      *keyframe.features, [&](size_t i) { return keyframe.points[i].IsValid(); }, image);
+}
+
+std::vector<KeypointPair> MatchExhaustively(const ViewKeyFrame& keyframe, const FrameFeatures& image) {
+  return MatchAll(
+      *keyframe.features, [&](size_t i) { return keyframe.point_of_keypoint[i] >= 0; }, image);
 }
 
 }  // namespace semmap

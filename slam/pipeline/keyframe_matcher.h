@@ -4,6 +4,7 @@
 
 #include "slam/features/frame_features.h"
 #include "slam/map/keyframe.h"
+#include "slam/map/local_map_view.h"
 #include "slam/pipeline/association.h"
 #include "slam/place/place_description.h"
 
@@ -17,7 +18,8 @@ namespace semmap {
 std::vector<KeypointPair> MatchWithinNodes(const KeyFrame& keyframe, const DirectIndex& keyframe_nodes,
                                            const FrameFeatures& image, const DirectIndex& image_nodes);
 
-// Compares with all: slower, misses fewer.
+// Compares with all: slower, misses fewer. The second looks at the view's points only.
 std::vector<KeypointPair> MatchExhaustively(const KeyFrame& keyframe, const FrameFeatures& image);
+std::vector<KeypointPair> MatchExhaustively(const ViewKeyFrame& keyframe, const FrameFeatures& image);
 
 }  // namespace semmap

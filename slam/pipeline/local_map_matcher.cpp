@@ -16,6 +16,7 @@ constexpr float kDistanceMargin = 1.2F;
 
 struct Expected {
   WindowQuery window;
+  double depth = 0;
   bool visible = false;
 };
 
@@ -41,6 +42,7 @@ Expected Predict(const LocalMapView& view, size_t i, const SE3& camera_from_map,
   const float radius = search.radius * (cosine > kFrontalCosine ? 1.0F : kObliqueRadiusFactor);
   const double right_x = x - search.model.focal_times_baseline * inverse_z;
   expected.visible = true;
+  expected.depth = point.z();
   expected.window = {x,
                      y,
                      radius * search.scale_info->scales[octave],
@@ -51,6 +53,10 @@ Expected Predict(const LocalMapView& view, size_t i, const SE3& camera_from_map,
   return expected;
 }
 
+double DepthOf(const LocalMapView& view, int32_t point, const SE3& camera_from_map) {
+  return (camera_from_map * view.positions[point]).z();
+}
+
 }  // namespace
 
 int PredictOctave(float max_distance, float distance, const ScalePyramidInfo& scale_info) {
@@ -58,8 +64,8 @@ int PredictOctave(float max_distance, float distance, const ScalePyramidInfo& sc
   return std::clamp(static_cast<int>(std::lround(levels)), 0, scale_info.levels() - 1);
 }
 
-int MatchLocalMap(const LocalMapView& view, const SE3& camera_from_map, const SearchImage& image,
-                  const ProjectionSearch& search, SightingCounters* counters, ViewMatches* matches) {
+Agreement MatchLocalMap(const LocalMapView& view, const SE3& camera_from_map, const SearchImage& image,
+                        const ProjectionSearch& search, SightingCounters* counters, ViewMatches* matches) {
   std::vector<char> matched(view.size(), 0);
   for (const int32_t point : *matches) {
     if (point >= 0) matched[point] = 1;
@@ -67,23 +73,35 @@ int MatchLocalMap(const LocalMapView& view, const SE3& camera_from_map, const Se
   const Eigen::Matrix3d rotation = camera_from_map.RotationMatrix();
   const Eigen::Vector3d center = camera_from_map.Inverse().translation();
   const auto is_free = [&](int keypoint) { return (*matches)[keypoint] < 0; };
-  int expected_points = 0;
+  Agreement agreement;
   for (size_t i = 0; i < view.size(); ++i) {
     if (matched[i]) {
       ++counters->visible[i];
-      ++expected_points;
+      ++agreement.expected;
+      if (DepthOf(view, static_cast<int32_t>(i), camera_from_map) <= search.near_depth)
+        ++agreement.near_expected;
       continue;
     }
     const Expected expected = Predict(view, i, camera_from_map, rotation, center, search);
     if (!expected.visible) continue;
     ++counters->visible[i];
-    ++expected_points;
+    ++agreement.expected;
+    if (expected.depth <= search.near_depth) ++agreement.near_expected;
     const WindowMatch best = FindInWindow(image, expected.window, is_free);
     if (best.keypoint < 0 || best.distance > kLooseDistance || !best.IsDistinct(search.distinct_ratio))
       continue;
     (*matches)[best.keypoint] = static_cast<int32_t>(i);
   }
-  return expected_points;
+  return agreement;
+}
+
+void CountInliers(const LocalMapView& view, const SE3& camera_from_map, double near_depth,
+                  const ViewMatches& matches, Agreement* agreement) {
+  for (const int32_t point : matches) {
+    if (point < 0) continue;
+    ++agreement->inliers;
+    if (DepthOf(view, point, camera_from_map) <= near_depth) ++agreement->near_inliers;
+  }
 }
 
 }  // namespace semmap

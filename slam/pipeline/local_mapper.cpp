@@ -43,7 +43,7 @@ std::vector<KeyFrameId> LocalMapper::AddKeyFrame(const KeyFrameCandidate& candid
   if (camera_.HasDepth()) {
     // The first keyframe has nothing but its depth: all of it is used.
     const double close_depth =
-        map_.keyframes().size() == 1 ? std::numeric_limits<double>::max() : CloseDepth();
+        map_.keyframes().size() == 1 ? std::numeric_limits<double>::max() : camera_.near_depth;
     const auto created = CreatePointsFromDepth(camera_, close_depth, candidate.id, &map_);
     young_points_.insert(young_points_.end(), created.begin(), created.end());
   }
@@ -53,7 +53,7 @@ std::vector<KeyFrameId> LocalMapper::AddKeyFrame(const KeyFrameCandidate& candid
   PublishView();
   Fuse(candidate.id);
   if (map_.keyframes().size() > 2) AdjustLocalMap(config_.mapping, camera_.model, candidate.id, stop, &map_);
-  auto culled = CullKeyFrames(config_.mapping, camera_.HasDepth() ? CloseDepth() : 0.0, candidate.id, &map_);
+  auto culled = CullKeyFrames(config_.mapping, camera_.near_depth, candidate.id, &map_);
   PublishView();
   return culled;
 }

@@ -46,7 +46,6 @@ class LocalMapper {
   void CreatePoints(KeyFrameId id);
   void Fuse(KeyFrameId id);
   std::vector<KeyFrameId> Neighbours(KeyFrameId id, int limit) const;
-  double CloseDepth() const { return config_.tracking.close_depth_in_baselines * camera_.rig.baseline_m; }
 
   SlamConfig config_;
   MappingCamera camera_;

@@ -53,7 +53,8 @@ std::optional<CrossLook> LookAcross(const ViewLocalizerOptions& options, const M
   CrossLook look;
   look.view = MakeLocalMapView(map, place_id, 0, LocalMapViewLimits());
   const ViewLocalization located =
-      LocateInView(options, camera, map.scale_info(), *look.view, pairs, {*image.features, *image.grid});
+      LocateInView(options, camera, map.scale_info(), *look.view, look.view->reference(), pairs,
+                   {*image.features, *image.grid});
   if (!located.fix) return std::nullopt;
   look.fix = *located.fix;
   CompareDepths(map, image, &look);
@@ -107,7 +108,12 @@ std::optional<Loop> VerifyLoop(const LoopConfig& config, uint32_t seed, const Ma
   SE3 reverse = back->fix.camera_from_map * current.camera_from_map.Inverse();
   reverse = SE3(reverse.rotation(), *scale * reverse.translation());
   if (!AgreesWith(old_from_current, reverse, MedianDepth(*forth))) return std::nullopt;
-  Loop loop{old_id, current_id, {*scale, old_from_current}, {}, forth->fix.inliers, back->fix.inliers};
+  Loop loop{old_id,
+            current_id,
+            {*scale, old_from_current},
+            {},
+            forth->fix.agreement.inliers,
+            back->fix.agreement.inliers};
   for (size_t i = 0; i < forth->fix.matches.size(); ++i) {
     if (forth->fix.matches[i] >= 0)
       loop.seen.emplace_back(forth->view->ids[forth->fix.matches[i]], static_cast<uint32_t>(i));

@@ -10,6 +10,9 @@ struct MappingCamera {
   CameraRig rig;
   ImageBounds bounds;
   ProjectionModel model;
+  // Points up to this depth tell where the camera is (TrackingConfig::close_depth_in_baselines); 0: unknown,
+  // as with one eye.
+  double near_depth = 0;
 
   bool HasDepth() const { return rig.sensor != SensorType::kMono; }
 };

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "slam/common/ids.h"
+#include "slam/pipeline/agreement.h"
 #include "slam/pipeline/frame_builder.h"
 
 namespace semmap {
@@ -10,8 +11,8 @@ namespace semmap {
 // A frame whose place the tracker does not know, or doubts.
 struct LostFrame {
   TrackedFrame frame;
-  // Points that agree with the pose it has; another place must do better by half.
-  int inliers = 0;
+  // With the pose it has; another place must do clearly better. Nothing, of a frame that is lost.
+  Agreement agreement;
 };
 
 // Such a frame that was found in the map after all: with its pose, and the points that its

@@ -36,8 +36,9 @@ class Search {
       return false;
     }
     const auto view = MakeLocalMapView(map_, candidate, version_, LocalMapViewLimits());
-    ViewLocalization located = LocateInView(options_, camera_, map_.scale_info(), *view, pairs, image_);
-    result_.inliers = std::max(result_.inliers, located.inliers);
+    ViewLocalization located =
+        LocateInView(options_, camera_, map_.scale_info(), *view, view->reference(), pairs, image_);
+    result_.inliers = std::max(result_.inliers, located.agreement.inliers);
     if (!located.fix) {
       result_.failure = std::max(result_.failure, located.failure);
       return false;
@@ -63,6 +64,7 @@ Relocalization Relocalizer::Relocalize(const Map& map, const PlaceMemory& places
   ViewLocalizerOptions options;
   options.min_inliers = config_.min_inliers;
   options.min_inlier_share = config_.min_inlier_share;
+  options.min_near_share = config_.min_near_share;
   options.seed = seed_;
   Search search(map, camera, options, image, version);
   if (!places.enabled()) return search.TakeResult();

@@ -15,8 +15,7 @@ class SlamSession : public Session {
   SlamSession(const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink, Executor* executor,
               std::shared_ptr<const Vocabulary> vocabulary)
       : tracker_(config, rig),
-        queue_(config, {tracker_.builder().rig(), tracker_.builder().bounds(), tracker_.builder().model()},
-               tracker_.builder().scale_info(), std::move(vocabulary), sink,
+        queue_(config, tracker_.camera(), tracker_.builder().scale_info(), std::move(vocabulary), sink,
                config.deterministic ? nullptr : executor) {}
 
   absl::StatusOr<FrameResult> Track(const FrameInput& frame) override {

@@ -3,7 +3,7 @@
 namespace semmap {
 namespace {
 
-// So many times the inliers of the place that is doubted.
+// So many times the trust that the doubted place deserves.
 constexpr double kBetter = 1.5;
 
 }  // namespace
@@ -46,7 +46,7 @@ SessionMapper::RecoveryReport SessionMapper::Recover(const LostFrame& lost) {
   const Relocalization found =
       relocalizer_.Relocalize(map(), places_, camera_, {*frame.features, *frame.grid}, 0);
   if (!found.fix) return {nullptr, found.failure};
-  if (found.fix->inliers <= kBetter * lost.inliers) return {nullptr, LocalizationFailure::kTooFewInliers};
+  if (found.fix->agreement.Trust() <= kBetter * lost.agreement.Trust()) return {nullptr, LocalizationFailure::kTooFewInliers};
   auto recovery = std::make_shared<Recovery>();
   recovery->frame = frame;
   recovery->frame.camera_from_map = found.fix->camera_from_map;

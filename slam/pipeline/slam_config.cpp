@@ -10,6 +10,7 @@ void TrackingConfig::Read(ConfigReader& reader) {
   reader.Number("min_inliers_map", &min_inliers_map, 6, 1000);
   reader.Number("min_inlier_share", &min_inlier_share, 0.0, 1.0);
   reader.Number("doubtful_inlier_share", &doubtful_inlier_share, 0.0, 1.0);
+  reader.Number("doubtful_near_share", &doubtful_near_share, 0.0, 1.0);
   reader.Number("close_depth_in_baselines", &close_depth_in_baselines, 1.0, 1000.0);
   reader.Number("max_keyframe_interval_s", &max_keyframe_interval_s, 0.0, 60.0);
   reader.Number("min_keyframe_interval_s", &min_keyframe_interval_s, 0.0, 60.0);
@@ -36,6 +37,7 @@ void RelocalizationConfig::Read(ConfigReader& reader) {
   reader.Number("exhaustive_candidates", &exhaustive_candidates, 0, 1000);
   reader.Number("min_inliers", &min_inliers, 10, 10000);
   reader.Number("min_inlier_share", &min_inlier_share, 0.0, 1.0);
+  reader.Number("min_near_share", &min_near_share, 0.0, 1.0);
 }
 
 void LoopConfig::Read(ConfigReader& reader) {

@@ -18,6 +18,8 @@ struct TrackingConfig {
   // tracked, below the second the place is looked for elsewhere, too.
   double min_inlier_share = 0.1;
   double doubtful_inlier_share = 0.25;
+  // The second, of points that are near (close_depth_in_baselines), which alone tell where the camera is.
+  double doubtful_near_share = 0.15;
   // Depth is trusted for scale up to this many baselines.
   double close_depth_in_baselines = 40;
   // A keyframe is made at the latest, and at the earliest (unless urgent), after these times if tracking
@@ -57,6 +59,8 @@ struct RelocalizationConfig {
   // Points that must agree with the pose, also as a share of those that should be in sight.
   int min_inliers = 50;
   double min_inlier_share = 0.1;
+  // And of those that are near, where depth is measured.
+  double min_near_share = 0.1;
 
   void Read(ConfigReader& reader);
 };

@@ -8,8 +8,10 @@
 namespace semmap {
 namespace {
 
-// A map this young is thrown away when the track is lost: starting over costs less than a bad start.
+// A map this young is thrown away when the track is lost: starting over costs less than a bad start. With
+// depth there is no bad start, so it is kept until the vehicle must have left it.
 constexpr int kDisposableKeyFrames = 5;
+constexpr double kKeepYoungMapSeconds = 5;
 constexpr int kMinInitialDepthPoints = 100;
 // Established: seen by two keyframes, as every triangulated point is once; what one of them lost again does
 // not count.
@@ -29,15 +31,23 @@ KeyFrameCandidate ToCandidate(KeyFrameId id, const TrackedFrame& frame) {
   return candidate;
 }
 
+MappingCamera MakeMappingCamera(const TrackingConfig& config, const FrameBuilder& builder) {
+  const CameraRig& rig = builder.rig();
+  const double near = rig.sensor == SensorType::kMono ? 0 : config.close_depth_in_baselines * rig.baseline_m;
+  return {rig, builder.bounds(), builder.model(), near};
+}
+
 }  // namespace
 
 Tracker::Tracker(const SlamConfig& config, const CameraRig& rig)
     : config_(config),
       builder_(config, rig),
+      camera_(MakeMappingCamera(config.tracking, builder_)),
       monocular_initializer_(builder_.rig().camera, static_cast<uint32_t>(config.seed)) {
   search_.model = builder_.model();
   search_.bounds = builder_.bounds();
   search_.scale_info = &builder_.scale_info();
+  search_.near_depth = camera_.near_depth;
 }
 
 TrackOutput Tracker::Track(const FrameInput& input, const MapperState& mapper) {
@@ -182,7 +192,8 @@ void Tracker::TrackInMap(TrackedFrame frame, const MapperState& mapper, TrackOut
   CountSightings();
   // After a loss or a leap the first good frame says nothing about velocity.
   velocity_.reset();
-  if (last_ && !was_lost && !relocalizing_) velocity_ = frame.camera_from_map * last_->camera_from_map.Inverse();
+  if (last_ && !was_lost && !relocalized_)
+    velocity_ = frame.camera_from_map * last_->camera_from_map.Inverse();
   const ViewKeyFrame& reference = view_->reference();
   output->result.map_from_camera = frame.camera_from_map.Inverse();
   FramePose pose{frame.sequence, frame.timestamp, reference.id,
@@ -190,7 +201,7 @@ void Tracker::TrackInMap(TrackedFrame frame, const MapperState& mapper, TrackOut
   last_keyframe_ = KeyFrameId();
   AskIfDoubtful(frame, mapper, output);
   // A keyframe at a wrong place would spoil the map.
-  const bool trusted = !doubtful_ || !mapper.recovering;
+  const bool trusted = !IsDoubtful(agreement_) || !mapper.recovering;
   if (trusted && !output->lost_frame &&
       IsKeyFrameNeeded(config_.tracking, GatherEvidence(frame, mapper, output->result.inliers))) {
     output->keyframe = MakeCandidate(frame);
@@ -208,8 +219,8 @@ void Tracker::HandleLoss(const TrackedFrame& frame, const MapperState& mapper, T
   state_ = TrackingState::kLost;
   velocity_.reset();
   output->result.inliers = 0;
-  if (view_->map_keyframes > kDisposableKeyFrames) {
-    if (!mapper.recovering) output->lost_frame = {frame, 0};
+  if (!IsMapDisposable(frame)) {
+    if (!mapper.recovering) output->lost_frame = {frame, {}};
     return;
   }
   if (!mapper.idle) return;
@@ -222,15 +233,21 @@ void Tracker::HandleLoss(const TrackedFrame& frame, const MapperState& mapper, T
   if (builder_.rig().sensor == SensorType::kMono) monocular_initializer_.Add(frame);
 }
 
+bool Tracker::IsMapDisposable(const TrackedFrame& frame) const {
+  if (view_->map_keyframes > kDisposableKeyFrames) return false;
+  return !camera_.HasDepth() || !last_ ||
+         ToSeconds(frame.timestamp - last_->timestamp) > kKeepYoungMapSeconds;
+}
+
 // Much of what should be in sight is not found: perhaps the vehicle is somewhere else, where more would be.
 void Tracker::AskIfDoubtful(const TrackedFrame& frame, const MapperState& mapper, TrackOutput* output) {
-  if (!doubtful_) {
+  if (!IsDoubtful(agreement_)) {
     frames_since_asked_ = kFramesBetweenDoubts;
     return;
   }
   if (mapper.recovering || frames_since_asked_++ < kFramesBetweenDoubts) return;
   frames_since_asked_ = 0;
-  output->lost_frame = {frame, output->result.inliers};
+  output->lost_frame = {frame, agreement_};
 }
 
 void Tracker::Remember(TrackedFrame frame) {
@@ -267,10 +284,9 @@ KeyFrameEvidence Tracker::GatherEvidence(const TrackedFrame& frame, const Mapper
   for (const int32_t point : view_->reference().point_of_keypoint) {
     if (point >= 0 && view_->observation_counts[point] >= established) ++evidence.reference_points;
   }
-  const double close = config_.tracking.close_depth_in_baselines * builder_.rig().baseline_m;
   for (size_t i = 0; i < matches_.size(); ++i) {
     const Keypoint& keypoint = frame.features->keypoints[i];
-    if (!keypoint.HasDepth() || keypoint.depth > close) continue;
+    if (!keypoint.HasDepth() || keypoint.depth > camera_.near_depth) continue;
     ++(matches_[i] >= 0 ? evidence.close_tracked : evidence.close_untracked);
   }
   return evidence;

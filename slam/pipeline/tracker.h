@@ -11,8 +11,10 @@
 #include "slam/pipeline/keyframe_candidate.h"
 #include "slam/pipeline/keyframe_policy.h"
 #include "slam/pipeline/local_map_matcher.h"
+#include "slam/pipeline/mapping_camera.h"
 #include "slam/pipeline/monocular_initializer.h"
 #include "slam/pipeline/recovery.h"
+#include "slam/pipeline/view_localizer.h"
 
 namespace semmap {
 
@@ -49,6 +51,7 @@ class Tracker {
   TrackOutput Track(const FrameInput& input, const MapperState& mapper);
 
   const FrameBuilder& builder() const { return builder_; }
+  const MappingCamera& camera() const { return camera_; }
 
  private:
   // A point that the last frame saw: of the view, or (view_index -1) measured by depth alone.
@@ -69,21 +72,23 @@ class Tracker {
 
   void TrackInMap(TrackedFrame frame, const MapperState& mapper, TrackOutput* output);
   bool Locate(TrackedFrame* frame, FrameResult* result);
-  bool FindInitialPose(TrackedFrame* frame);
+  bool FollowLastFrame(TrackedFrame* frame);
   bool TrackFromLastFrame(TrackedFrame* frame);
   bool TrackFromKeyFrame(const ViewKeyFrame& keyframe, TrackedFrame* frame);
-  bool Relocalize(TrackedFrame* frame);
+  std::optional<ViewFix> FindNearby(const TrackedFrame& frame) const;
+  bool IsDoubtful(const Agreement& agreement) const;
   bool TrackLocalMap(TrackedFrame* frame, FrameResult* result);
   std::vector<Anchor> LastFrameAnchors() const;
   int MatchAnchors(const std::vector<Anchor>& anchors, const SE3& predicted_camera_from_map, float radius,
                    const TrackedFrame& frame);
-  std::vector<KeypointPair> MatchByDescriptor(const ViewKeyFrame& keyframe, const TrackedFrame& frame) const;
   // Optimizes the pose over matches_ and depth_matches_ and drops the outliers among them; returns the
   // inliers.
   int OptimizeFrame(TrackedFrame* frame, Matrix6d* covariance);
   void GatherObservations(const TrackedFrame& frame);
 
   void HandleLoss(const TrackedFrame& frame, const MapperState& mapper, TrackOutput* output);
+  // Whether a map that was lost is not worth finding again.
+  bool IsMapDisposable(const TrackedFrame& frame) const;
   void AskIfDoubtful(const TrackedFrame& frame, const MapperState& mapper, TrackOutput* output);
   void Remember(TrackedFrame frame);
   KeyFrameEvidence GatherEvidence(const TrackedFrame& frame, const MapperState& mapper, int inliers) const;
@@ -92,6 +97,7 @@ class Tracker {
 
   SlamConfig config_;
   FrameBuilder builder_;
+  MappingCamera camera_;
   MonocularInitializer monocular_initializer_;
   ProjectionSearch search_;
 
@@ -110,11 +116,9 @@ class Tracker {
   std::optional<SE3> velocity_;  // camera_from_last_camera of the last two frames
   TimestampNs last_keyframe_time_ = 0;
   uint64_t next_keyframe_id_ = 1;
-  bool relocalizing_ = false;
-  // Of the current frame: inliers among the points that should be in sight, and whether these are
-  // suspiciously few.
-  double inlier_share_ = 0;
-  bool doubtful_ = false;
+  // Of the current frame: whether it was found without the last one, and how much of the map agrees.
+  bool relocalized_ = false;
+  Agreement agreement_;
   int frames_since_asked_ = 0;
   // Frame of the last recovery that was taken up.
   uint64_t recovered_sequence_ = 0;

@@ -1,7 +1,7 @@
 // The part of Tracker that finds the pose of a frame: from the last frame, from a keyframe, in the local map.
 #include <algorithm>
 
-#include "slam/geometry/pnp.h"
+#include "slam/pipeline/keyframe_matcher.h"
 #include "slam/pipeline/stopwatch.h"
 #include "slam/pipeline/tracker.h"
 
@@ -10,58 +10,47 @@ namespace {
 
 constexpr int kMinMatches = 20;
 constexpr int kMinInliers = 10;
-constexpr int kMinRelocalizationInliers = 50;
 // Search windows in pixels of octave 0.
 constexpr float kMotionRadius = 12;
 constexpr float kMotionRadiusDepth = 8;
-constexpr float kMapRadius = 3;
-constexpr float kMapRadiusAfterLoss = 8;
-constexpr double kDescriptorRatio = 0.75;
 // Depth anchors: as many of the nearest, or all that are close.
 constexpr size_t kMinDepthAnchors = 100;
 
 }  // namespace
 
-bool Tracker::FindInitialPose(TrackedFrame* frame) {
+bool Tracker::FollowLastFrame(TrackedFrame* frame) {
+  if (state_ == TrackingState::kLost || !last_) return false;
   Stopwatch stopwatch;
   const double optimize_before = times_.optimize_ms;
-  relocalizing_ = false;
-  inlier_share_ = 0;
-  bool found = false;
-  if (state_ != TrackingState::kLost && last_) {
-    found = TrackFromLastFrame(frame);
-    if (!found) {
-      frame->camera_from_map = last_->camera_from_map;
-      found = TrackFromKeyFrame(view_->reference(), frame);
-    }
+  bool found = TrackFromLastFrame(frame);
+  if (!found) {
+    frame->camera_from_map = last_->camera_from_map;
+    found = TrackFromKeyFrame(view_->reference(), frame);
   }
-  if (!found) found = relocalizing_ = Relocalize(frame);
   times_.match_ms += stopwatch.LapMs() - (times_.optimize_ms - optimize_before);
   return found;
 }
 
 bool Tracker::Locate(TrackedFrame* frame, FrameResult* result) {
-  const bool found = FindInitialPose(frame) && TrackLocalMap(frame, result);
-  doubtful_ = inlier_share_ < config_.tracking.doubtful_inlier_share;
-  if (relocalizing_ || (found && !doubtful_)) return found;
+  relocalized_ = false;
+  agreement_ = Agreement();
+  const bool found = FollowLastFrame(frame) && TrackLocalMap(frame, result);
+  if (found && !IsDoubtful(agreement_)) return true;
   // Far points alone fit a pose that is metres off. What the near keyframes say counts if more agrees with
   // it.
-  const SE3 camera_from_map = frame->camera_from_map;
-  const FrameResult first = *result;
-  const ViewMatches first_matches = matches_;
-  const double first_share = inlier_share_;
-  relocalizing_ = true;
-  if (Relocalize(frame) && TrackLocalMap(frame, result) && (!found || result->inliers > first.inliers)) {
-    doubtful_ = inlier_share_ < config_.tracking.doubtful_inlier_share;
-    return true;
-  }
-  if (!found) return false;
-  frame->camera_from_map = camera_from_map;
-  *result = first;
-  matches_ = first_matches;
-  inlier_share_ = first_share;
-  relocalizing_ = false;
-  return true;
+  Stopwatch stopwatch;
+  std::optional<ViewFix> nearby = FindNearby(*frame);
+  times_.match_ms += stopwatch.LapMs();
+  if (!nearby || (found && nearby->agreement.Trust() <= agreement_.Trust())) return found;
+  relocalized_ = true;
+  frame->camera_from_map = nearby->camera_from_map;
+  matches_ = std::move(nearby->matches);
+  return TrackLocalMap(frame, result);
+}
+
+bool Tracker::IsDoubtful(const Agreement& agreement) const {
+  return agreement.Share() < config_.tracking.doubtful_inlier_share ||
+         agreement.NearShare() < config_.tracking.doubtful_near_share;
 }
 
 // --- from the last frame
@@ -79,11 +68,10 @@ std::vector<Tracker::Anchor> Tracker::LastFrameAnchors() const {
     }
   }
   std::sort(by_depth.begin(), by_depth.end());
-  const double close = config_.tracking.close_depth_in_baselines * builder_.rig().baseline_m;
   const SE3 map_from_last = last_->camera_from_map.Inverse();
   for (size_t n = 0; n < by_depth.size(); ++n) {
     const auto& [depth, keypoint] = by_depth[n];
-    if (n >= kMinDepthAnchors && depth > close) break;
+    if (n >= kMinDepthAnchors && depth > camera_.near_depth) break;
     const Eigen::Vector2d pixel(keypoints[keypoint].x, keypoints[keypoint].y);
     anchors.push_back({keypoint, -1, map_from_last * (depth * RayOfPixel(builder_.rig().camera, pixel))});
   }
@@ -149,34 +137,8 @@ bool Tracker::TrackFromLastFrame(TrackedFrame* frame) {
 
 // --- from a keyframe, by descriptors alone
 
-std::vector<KeypointPair> Tracker::MatchByDescriptor(const ViewKeyFrame& keyframe,
-                                                     const TrackedFrame& frame) const {
-  std::vector<KeypointPair> pairs;
-  for (size_t i = 0; i < keyframe.point_of_keypoint.size(); ++i) {
-    if (keyframe.point_of_keypoint[i] < 0) continue;
-    const Descriptor& wanted = keyframe.features->descriptors[i];
-    KeypointPair best{static_cast<int>(i), -1, 257};
-    int second = 257;
-    for (size_t j = 0; j < frame.features->size(); ++j) {
-      const int distance = AssociationDistance(wanted, frame.features->descriptors[j]);
-      if (distance < best.distance) {
-        second = std::exchange(best.distance, distance);
-        best.second = static_cast<int>(j);
-      } else {
-        second = std::min(second, distance);
-      }
-    }
-    if (best.distance <= kStrictDistance && best.distance <= static_cast<int>(kDescriptorRatio * second)) {
-      pairs.push_back(best);
-    }
-  }
-  KeepBestOfSecond(frame.features->size(), &pairs);
-  KeepConsistentRotation(keyframe.features->keypoints, frame.features->keypoints, &pairs);
-  return pairs;
-}
-
 bool Tracker::TrackFromKeyFrame(const ViewKeyFrame& keyframe, TrackedFrame* frame) {
-  const std::vector<KeypointPair> pairs = MatchByDescriptor(keyframe, *frame);
+  const std::vector<KeypointPair> pairs = MatchExhaustively(keyframe, *frame->features);
   if (pairs.size() < kMinInliers) return false;
   std::fill(matches_.begin(), matches_.end(), -1);
   std::fill(depth_matches_.begin(), depth_matches_.end(), std::nullopt);
@@ -185,29 +147,22 @@ bool Tracker::TrackFromKeyFrame(const ViewKeyFrame& keyframe, TrackedFrame* fram
   return OptimizeFrame(frame, &covariance) >= kMinMatches;
 }
 
-bool Tracker::Relocalize(TrackedFrame* frame) {
+std::optional<ViewFix> Tracker::FindNearby(const TrackedFrame& frame) const {
+  ViewLocalizerOptions options;
+  options.min_inliers = config_.relocalization.min_inliers;
+  options.min_inlier_share = config_.relocalization.min_inlier_share;
+  options.min_near_share = config_.relocalization.min_near_share;
+  options.seed = static_cast<uint32_t>(config_.seed);
+  std::optional<ViewFix> best;
   for (const ViewKeyFrame& keyframe : view_->keyframes) {
-    const std::vector<KeypointPair> pairs = MatchByDescriptor(keyframe, *frame);
-    if (pairs.size() < kMinMatches) continue;
-    std::vector<Eigen::Vector3d> points;
-    std::vector<Eigen::Vector2d> pixels;
-    for (const KeypointPair& pair : pairs) {
-      points.push_back(view_->positions[keyframe.point_of_keypoint[pair.first]]);
-      const Keypoint& keypoint = frame->features->keypoints[pair.second];
-      pixels.emplace_back(keypoint.x, keypoint.y);
-    }
-    PnpOptions options;
-    options.seed = static_cast<uint32_t>(config_.seed);
-    const auto pose = EstimatePose(builder_.rig().camera, points, pixels, options);
-    if (!pose) continue;
-    frame->camera_from_map = pose->camera_from_map;
-    std::fill(matches_.begin(), matches_.end(), -1);
-    std::fill(depth_matches_.begin(), depth_matches_.end(), std::nullopt);
-    for (const KeypointPair& pair : pairs) matches_[pair.second] = keyframe.point_of_keypoint[pair.first];
-    Matrix6d covariance;
-    if (OptimizeFrame(frame, &covariance) >= kMinInliers) return true;
+    ViewLocalization located =
+        LocateInView(options, camera_, builder_.scale_info(), *view_, keyframe,
+                     MatchExhaustively(keyframe, *frame.features), {*frame.features, *frame.grid});
+    if (!located.fix) continue;
+    if (!best || located.fix->agreement.Trust() > best->agreement.Trust()) best = std::move(located.fix);
+    if (!IsDoubtful(best->agreement)) break;
   }
-  return false;
+  return best;
 }
 
 // --- in the local map
@@ -216,14 +171,13 @@ bool Tracker::TrackLocalMap(TrackedFrame* frame, FrameResult* result) {
   Stopwatch stopwatch;
   // Depth anchors are one noisy measurement each; from here on the map's points say more.
   std::fill(depth_matches_.begin(), depth_matches_.end(), std::nullopt);
-  search_.radius = relocalizing_ ? kMapRadiusAfterLoss : kMapRadius;
-  const int expected = MatchLocalMap(*view_, frame->camera_from_map, {*frame->features, *frame->grid},
-                                     search_, &counters_, &matches_);
+  agreement_ = MatchLocalMap(*view_, frame->camera_from_map, {*frame->features, *frame->grid}, search_,
+                             &counters_, &matches_);
   times_.match_ms += stopwatch.LapMs();
   result->inliers = OptimizeFrame(frame, &result->covariance);
-  inlier_share_ = result->inliers / std::max(1.0, static_cast<double>(expected));
-  const int needed = relocalizing_ ? kMinRelocalizationInliers : config_.tracking.min_inliers_map;
-  return result->inliers >= needed && inlier_share_ >= config_.tracking.min_inlier_share;
+  CountInliers(*view_, frame->camera_from_map, camera_.near_depth, matches_, &agreement_);
+  return result->inliers >= config_.tracking.min_inliers_map &&
+         agreement_.Share() >= config_.tracking.min_inlier_share;
 }
 
 void Tracker::GatherObservations(const TrackedFrame& frame) {

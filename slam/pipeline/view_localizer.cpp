@@ -21,12 +21,12 @@ class Localizer {
     fix_.matches.assign(image.features.size(), -1);
   }
 
-  bool FindPose(const std::vector<KeypointPair>& pairs, const ViewLocalizerOptions& options) {
-    const ViewKeyFrame& reference = view_.reference();
+  bool FindPose(const ViewKeyFrame& keyframe, const std::vector<KeypointPair>& pairs,
+                const ViewLocalizerOptions& options) {
     std::vector<Eigen::Vector3d> points;
     std::vector<Eigen::Vector2d> pixels;
     for (const KeypointPair& pair : pairs) {
-      points.push_back(view_.positions[reference.point_of_keypoint[pair.first]]);
+      points.push_back(view_.positions[keyframe.point_of_keypoint[pair.first]]);
       const Keypoint& keypoint = image_.features.keypoints[pair.second];
       pixels.emplace_back(keypoint.x, keypoint.y);
     }
@@ -37,10 +37,10 @@ class Localizer {
     if (!pose) return false;
     fix_.camera_from_map = pose->camera_from_map;
     for (size_t i = 0; i < pairs.size(); ++i) {
-      if (pose->inlier[i]) fix_.matches[pairs[i].second] = reference.point_of_keypoint[pairs[i].first];
+      if (pose->inlier[i]) fix_.matches[pairs[i].second] = keyframe.point_of_keypoint[pairs[i].first];
     }
     Refine();
-    return fix_.inliers >= options.min_pose_inliers;
+    return fix_.agreement.inliers >= options.min_pose_inliers;
   }
 
   void SearchAround(float radius) {
@@ -49,9 +49,10 @@ class Localizer {
     search.bounds = camera_.bounds;
     search.scale_info = &scale_info_;
     search.radius = radius;
+    search.near_depth = camera_.near_depth;
     SightingCounters counters;
     counters.visible.assign(view_.size(), 0);
-    fix_.expected = MatchLocalMap(view_, fix_.camera_from_map, image_, search, &counters, &fix_.matches);
+    fix_.agreement = MatchLocalMap(view_, fix_.camera_from_map, image_, search, &counters, &fix_.matches);
     Refine();
   }
 
@@ -76,7 +77,8 @@ class Localizer {
     }
     fix_.camera_from_map = estimate.camera_from_map;
     fix_.covariance = estimate.covariance;
-    fix_.inliers = estimate.inliers;
+    fix_.agreement.inliers = fix_.agreement.near_inliers = 0;
+    CountInliers(view_, fix_.camera_from_map, camera_.near_depth, fix_.matches, &fix_.agreement);
   }
 
   const MappingCamera& camera_;
@@ -86,11 +88,17 @@ class Localizer {
   ViewFix fix_;
 };
 
+bool IsEnough(const ViewLocalizerOptions& options, const Agreement& agreement) {
+  return agreement.inliers >= options.min_inliers && agreement.Share() >= options.min_inlier_share &&
+         agreement.NearShare() >= options.min_near_share;
+}
+
 }  // namespace
 
 ViewLocalization LocateInView(const ViewLocalizerOptions& options, const MappingCamera& camera,
                               const ScalePyramidInfo& scale_info, const LocalMapView& view,
-                              const std::vector<KeypointPair>& pairs, const SearchImage& image) {
+                              const ViewKeyFrame& keyframe, const std::vector<KeypointPair>& pairs,
+                              const SearchImage& image) {
   ViewLocalization result;
   result.matches = static_cast<int>(pairs.size());
   if (result.matches < options.min_matches) {
@@ -98,15 +106,14 @@ ViewLocalization LocateInView(const ViewLocalizerOptions& options, const Mapping
     return result;
   }
   Localizer localizer(camera, scale_info, view, image);
-  if (!localizer.FindPose(pairs, options)) {
+  if (!localizer.FindPose(keyframe, pairs, options)) {
     result.failure = LocalizationFailure::kDegeneratePose;
     return result;
   }
   localizer.SearchAround(kRoughRadius);
   localizer.SearchAround(kGoodRadius);
-  result.inliers = localizer.fix().inliers;
-  result.expected = localizer.fix().expected;
-  if (result.inliers < std::max<double>(options.min_inliers, options.min_inlier_share * result.expected)) {
+  result.agreement = localizer.fix().agreement;
+  if (!IsEnough(options, result.agreement)) {
     result.failure = LocalizationFailure::kTooFewInliers;
     return result;
   }

@@ -5,6 +5,7 @@
 
 #include "slam/geometry/se3.h"
 #include "slam/map/local_map_view.h"
+#include "slam/pipeline/agreement.h"
 #include "slam/pipeline/association.h"
 #include "slam/pipeline/local_map_matcher.h"
 #include "slam/pipeline/mapping_camera.h"
@@ -24,17 +25,15 @@ enum class LocalizationFailure {
 struct ViewFix {
   SE3 camera_from_map;
   Matrix6d covariance = Matrix6d::Zero();  // as PoseEstimate::covariance
-  int inliers = 0;
-  int expected = 0;  // points of the view that should be in sight
+  Agreement agreement;
   ViewMatches matches;
 };
 
 struct ViewLocalization {
   std::optional<ViewFix> fix;
   LocalizationFailure failure = LocalizationFailure::kNone;
-  int matches = 0;   // pairs it began with
-  int inliers = 0;   // of the last stage reached
-  int expected = 0;  // points of the view that should be in sight at the pose found
+  int matches = 0;      // pairs it began with
+  Agreement agreement;  // of the last stage reached
 };
 
 struct ViewLocalizerOptions {
@@ -44,14 +43,18 @@ struct ViewLocalizerOptions {
   // Of the points that should be in sight. Streets repeat themselves: a shop sign or a row of windows alone
   // gives tens of inliers and a fine pose, but nothing around it fits.
   double min_inlier_share = 0.1;
+  // The same of those that are near, where that is known: far points fit poses that are metres apart.
+  double min_near_share = 0.1;
   uint32_t seed = 1;
 };
 
-// Finds the pose of an image from pairs of the reference keyframe's keypoints (first) with its own (second):
-// RANSAC over three pairs, then guided search over all points of the view and refinement, twice, and
-// acceptance by inliers (Mur-Artal et al. 2015, section V-D). Thread-safe, deterministic.
+// Finds the pose of an image from pairs of a keyframe's keypoints (first; one of the view, all of these see a
+// point) with its own (second): RANSAC over three pairs, then guided search over all points of the view and
+// refinement, twice, and acceptance by inliers (Mur-Artal et al. 2015, section V-D). Thread-safe,
+// deterministic.
 ViewLocalization LocateInView(const ViewLocalizerOptions& options, const MappingCamera& camera,
                               const ScalePyramidInfo& scale_info, const LocalMapView& view,
-                              const std::vector<KeypointPair>& pairs, const SearchImage& image);
+                              const ViewKeyFrame& keyframe, const std::vector<KeypointPair>& pairs,
+                              const SearchImage& image);
 
 }  // namespace semmap

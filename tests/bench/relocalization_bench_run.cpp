@@ -91,6 +91,8 @@ class Drive {
     return trial;
   }
 
+  // From here on a vehicle can be carried back and still be where it has mapped.
+  size_t FirstTrial() const { return Onward(0, kCarriedBack * options_.distance_m); }
   size_t last_index() const { return last_.index; }
 
  private:
@@ -154,10 +156,11 @@ absl::StatusOr<std::vector<TrialResult>> RunOrdeal(const RelocalizationOptions& 
   Drive drive(options, frames, session.get());
   std::vector<TrialResult> results;
   const auto trials = static_cast<size_t>(options.trials);
+  const size_t first = drive.FirstTrial();
   size_t next = 0;
   int lost = 0;
   for (size_t trial = 1; trial <= trials; ++trial) {
-    const size_t at = trial * frames.size() / (trials + 2);
+    const size_t at = first + (trial - 1) * (frames.size() - first) / (trials + 2);
     for (; next < at; ++next) {
       SEMMAP_ASSIGN_OR_RETURN(const bool tracked, drive.Show(next));
       lost = tracked ? 0 : lost + 1;

@@ -44,7 +44,7 @@ TEST_P(RelocalizerTest, FindsACameraBesideTheDrive) {
     EXPECT_EQ(found.view->version, 7);
     EXPECT_GT(found.fix->covariance.trace(), 0);
     // Points are those of the corners that the keypoints show: their projections agree.
-    EXPECT_GE(found.fix->inliers, 50);
+    EXPECT_GE(found.fix->agreement.inliers, 50);
   }
 }
 

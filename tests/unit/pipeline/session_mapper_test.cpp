@@ -76,7 +76,7 @@ TEST_F(SessionMapperTest, ALostFrameIsFoundFarFromTheNewestKeyFrameAndTheViewMov
   const uint64_t version = mapper_.view_version();
   const SE3 aside(ExpSO3({0, 0.05, 0}), {0.3, 0, 0.4});
   const SE3 world_from_camera = RingWorld::WorldFromCamera(4 * kRingStep) * aside;
-  const auto report = mapper_.Recover({See(world_from_camera, 500), 0});
+  const auto report = mapper_.Recover({See(world_from_camera, 500), {}});
   ASSERT_NE(report.recovery, nullptr) << static_cast<int>(report.failure);
   const SE3 error = report.recovery->frame.camera_from_map * world_from_camera;
   EXPECT_LT(error.translation().norm(), 0.1);
@@ -94,16 +94,25 @@ TEST_F(SessionMapperTest, ALostFrameIsFoundFarFromTheNewestKeyFrameAndTheViewMov
 
 TEST_F(SessionMapperTest, DoubtIsRefutedWhenNoOtherPlaceIsBetter) {
   const SE3 world_from_camera = RingWorld::WorldFromCamera(4 * kRingStep);
-  const auto report = mapper_.Recover({See(world_from_camera, 500), 100000});
+  const auto report = mapper_.Recover({See(world_from_camera, 500), {.expected = 100, .inliers = 90}});
   EXPECT_EQ(report.recovery, nullptr);
   EXPECT_EQ(report.failure, LocalizationFailure::kTooFewInliers);
   EXPECT_EQ(view_->reference().id, KeyFrameId(kKeyFrames));
 }
 
+TEST_F(SessionMapperTest, DoubtIsRightWhenFarMoreAgreesElsewhere) {
+  const SE3 world_from_camera = RingWorld::WorldFromCamera(4 * kRingStep);
+  // Many agree with the doubted pose, but most of what should be in sight, or of what is near, does not.
+  EXPECT_NE(mapper_.Recover({See(world_from_camera, 500), {.expected = 5000, .inliers = 600}}).recovery,
+            nullptr);
+  const Agreement far_only{.expected = 500, .inliers = 400, .near_expected = 100, .near_inliers = 3};
+  EXPECT_NE(mapper_.Recover({See(world_from_camera, 501), far_only}).recovery, nullptr);
+}
+
 TEST_F(SessionMapperTest, AForgottenMapFindsNothing) {
   mapper_.Reset();
   EXPECT_EQ(view_, nullptr);
-  const auto report = mapper_.Recover({See(RingWorld::WorldFromCamera(0), 500), 0});
+  const auto report = mapper_.Recover({See(RingWorld::WorldFromCamera(0), 500), {}});
   EXPECT_EQ(report.failure, LocalizationFailure::kNoCandidates);
 }
 
