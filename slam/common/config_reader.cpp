@@ -127,6 +127,22 @@ void ConfigReader::NumberList(const char* key, std::vector<double>* values, size
   *values = std::move(parsed);
 }
 
+void ConfigReader::TextList(const char* key, std::vector<std::string>* values, size_t max_size) {
+  const YAML::Node field = Find(key);
+  if (!field.IsDefined()) return;
+  std::vector<std::string> parsed;
+  bool valid = field.IsSequence() && field.size() <= max_size;
+  for (size_t i = 0; valid && i < field.size(); ++i) {
+    valid = field[i].IsScalar();
+    if (valid) parsed.push_back(field[i].Scalar());
+  }
+  if (!valid) {
+    Complain(key, absl::StrCat("is not a list of at most ", max_size, " texts"));
+    return;
+  }
+  *values = std::move(parsed);
+}
+
 ConfigReader ConfigReader::Child(const char* key) {
   const YAML::Node field = Find(key);
   if (field.IsDefined() && !field.IsMap() && !field.IsNull()) Complain(key, "is not a mapping");

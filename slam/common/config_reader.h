@@ -36,6 +36,7 @@ class ConfigReader {
   // One of `choices`.
   void Choice(const char* key, std::string* value, const std::vector<std::string>& choices);
   void NumberList(const char* key, std::vector<double>* values, size_t max_size);
+  void TextList(const char* key, std::vector<std::string>* values, size_t max_size);
 
   bool Has(const char* key) const;
   // Whether the key is there and holds a sequence.

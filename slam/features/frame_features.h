@@ -21,8 +21,8 @@ struct Keypoint {
   float angle = 0;
   // Pyramid level, 0 is full resolution.
   uint8_t octave = 0;
-  // Id of SemanticClass, kUnknownClass when nobody said; and its probability, 255 = certain. The store does
-  // not keep the latter.
+  // Id of SemanticClass, kUnknownClass when nobody said; and its probability, 255 = certain, 0 = taken over
+  // from the point it shows. The store does not keep the latter.
   uint8_t semantic_class = kUnknownClass;
   uint8_t class_confidence = 255;
 

@@ -35,6 +35,7 @@ void AddPoint(const MapPoint& point, LocalMapView* view) {
   view->max_distances.push_back(point.max_distance);
   view->descriptors.push_back(point.descriptor);
   view->observation_counts.push_back(static_cast<uint32_t>(point.observations.size()));
+  view->classes.push_back(point.semantic_class);
 }
 
 ViewKeyFrame ToViewKeyFrame(const KeyFrame& keyframe, const LocalMapView& view) {
@@ -64,7 +65,8 @@ std::shared_ptr<const LocalMapView> MakeLocalMapView(const Map& map, KeyFrameId 
   for (const KeyFrameId id : chosen) {
     for (const MapPointId point_id : map.FindKeyFrame(id)->points) {
       if (!point_id.IsValid() || view->size() >= limits.max_points || view->IndexOf(point_id) >= 0) continue;
-      AddPoint(*map.FindPoint(point_id), view.get());
+      const MapPoint* point = map.FindActivePoint(point_id);
+      if (point != nullptr) AddPoint(*point, view.get());
     }
   }
   for (size_t i = 0; i < std::min(chosen.size(), kKeyFramesWithFeatures + 1); ++i) {

@@ -22,9 +22,9 @@ struct ViewKeyFrame {
   std::vector<int32_t> point_of_keypoint;
 };
 
-// The part of the map around one keyframe (the newest, or where a lost camera was found), copied out for the
-// tracker: immutable once published, so it is read without a lock while the mapper goes on. Points are kept
-// as parallel arrays, because the tracker sweeps all of them for every frame.
+// The active part of the map around one keyframe (the newest, or where a lost camera was found), copied out
+// for the tracker: immutable once published, so it is read without a lock while the mapper goes on. Points
+// are kept as parallel arrays, because the tracker sweeps all of them for every frame.
 struct LocalMapView {
   uint64_t version = 0;
   // Count of keyframes in the whole map when the view was made.
@@ -37,6 +37,7 @@ struct LocalMapView {
   std::vector<float> max_distances;
   std::vector<Descriptor> descriptors;
   std::vector<uint32_t> observation_counts;
+  std::vector<uint8_t> classes;  // ids of SemanticClass
   std::unordered_map<MapPointId, int32_t, IdHash> index_of_id;
 
   // The keyframe around which the view was made comes first and is the reference of tracking; then the

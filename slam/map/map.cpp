@@ -9,6 +9,11 @@ namespace {
 // More keyframes than the tracker can be behind the mapper.
 constexpr size_t kMaxHeirs = 1000;
 
+// A class without any confidence is the point's own, handed to the keypoint: no news.
+uint8_t VoteOf(const Keypoint& keypoint) {
+  return keypoint.class_confidence > 0 ? keypoint.semantic_class : kUnknownClass;
+}
+
 }  // namespace
 
 const KeyFrame* Map::FindKeyFrame(KeyFrameId id) const {
@@ -19,6 +24,11 @@ const KeyFrame* Map::FindKeyFrame(KeyFrameId id) const {
 const MapPoint* Map::FindPoint(MapPointId id) const {
   const auto found = points_.find(id);
   return found == points_.end() ? nullptr : &found->second;
+}
+
+const MapPoint* Map::FindActivePoint(MapPointId id) const {
+  const MapPoint* point = id.IsValid() ? FindPoint(id) : nullptr;
+  return point != nullptr && point->active ? point : nullptr;
 }
 
 std::vector<CovisibleKeyFrame> Map::BestCovisible(KeyFrameId id, size_t limit, int min_shared) const {
@@ -40,7 +50,7 @@ int Map::CountPoints(KeyFrameId id, int min_observations) const {
   if (keyframe == nullptr) return 0;
   return static_cast<int>(
       std::count_if(keyframe->points.begin(), keyframe->points.end(), [&](MapPointId point_id) {
-        const MapPoint* point = point_id.IsValid() ? FindPoint(point_id) : nullptr;
+        const MapPoint* point = point_id.IsValid() ? FindActivePoint(point_id) : nullptr;
         return point != nullptr && static_cast<int>(point->observations.size()) >= min_observations;
       }));
 }
@@ -68,38 +78,65 @@ MapPointId Map::AddPoint(const Eigen::Vector3d& position_in_map, KeyFrameId refe
   return id;
 }
 
+void Map::ChangeShared(KeyFrame* own, KeyFrame* other, int change) {
+  const int shared = (own->covisible[other->id] += change);
+  other->covisible[own->id] = shared;
+  if (shared > 0) return;
+  own->covisible.erase(other->id);
+  other->covisible.erase(own->id);
+}
+
 void Map::CountShared(const MapPoint& point, KeyFrameId observer, int change) {
+  if (!point.active) return;
   KeyFrame& own = keyframe(observer);
   for (const Observation& observation : point.observations) {
-    if (observation.keyframe == observer) continue;
-    KeyFrame& other = keyframe(observation.keyframe);
-    const int shared = (own.covisible[other.id] += change);
-    other.covisible[observer] = shared;
-    if (shared > 0) continue;
-    own.covisible.erase(other.id);
-    other.covisible.erase(observer);
+    if (observation.keyframe != observer) ChangeShared(&own, &keyframe(observation.keyframe), change);
   }
+}
+
+void Map::SetActive(MapPoint* point, bool active) {
+  if (point->active == active) return;
+  point->active = active;
+  const std::vector<Observation>& observations = point->observations;
+  for (size_t i = 0; i < observations.size(); ++i) {
+    KeyFrame& own = keyframe(observations[i].keyframe);
+    for (size_t j = i + 1; j < observations.size(); ++j)
+      ChangeShared(&own, &keyframe(observations[j].keyframe), active ? +1 : -1);
+  }
+}
+
+void Map::Reclassify(MapPoint* point) {
+  point->semantic_class = classes_.ClassOf(point->votes);
+  SetActive(point, classes_.IsActive(point->semantic_class));
+}
+
+bool Map::Attach(MapPoint* point, KeyFrame* observer, uint32_t keypoint) {
+  MapPointId& slot = observer->points.at(keypoint);
+  if (slot.IsValid()) return false;
+  for (const Observation& observation : point->observations) {
+    if (observation.keyframe == observer->id) return false;
+  }
+  slot = point->id;
+  point->observations.push_back({observer->id, keypoint});
+  CountShared(*point, observer->id, +1);
+  reobserved_keyframes_.insert(observer->id);
+  changed_points_.insert(point->id);
+  return true;
 }
 
 bool Map::AddObservation(MapPointId point_id, KeyFrameId keyframe_id, uint32_t keypoint) {
   const auto point = points_.find(point_id);
   const auto observer = keyframes_.find(keyframe_id);
   if (point == points_.end() || observer == keyframes_.end()) return false;
-  MapPointId& slot = observer->second.points.at(keypoint);
-  if (slot.IsValid()) return false;
-  std::vector<Observation>& observations = point->second.observations;
-  for (const Observation& observation : observations) {
-    if (observation.keyframe == keyframe_id) return false;
-  }
-  slot = point_id;
-  observations.push_back({keyframe_id, keypoint});
-  CountShared(point->second, keyframe_id, +1);
-  reobserved_keyframes_.insert(keyframe_id);
-  changed_points_.insert(point_id);
+  if (!Attach(&point->second, &observer->second, keypoint)) return false;
+  point->second.votes.Add(VoteOf(observer->second.features->keypoints[keypoint]));
+  Reclassify(&point->second);
   return true;
 }
 
-void Map::RemoveObservation(MapPointId point_id, KeyFrameId keyframe_id) {
+void Map::RemoveObservation(MapPointId point, KeyFrameId keyframe) { Detach(point, keyframe, true); }
+
+void Map::Detach(MapPointId point_id, KeyFrameId keyframe_id, bool take_vote_back) {
   const auto found = points_.find(point_id);
   if (found == points_.end()) return;
   MapPoint& point = found->second;
@@ -111,9 +148,15 @@ void Map::RemoveObservation(MapPointId point_id, KeyFrameId keyframe_id) {
     return;
   }
   CountShared(point, keyframe_id, -1);
-  keyframe(keyframe_id).points[observation->keypoint] = MapPointId();
+  KeyFrame& observer = keyframe(keyframe_id);
+  observer.points[observation->keypoint] = MapPointId();
+  const uint8_t seen_as = VoteOf(observer.features->keypoints[observation->keypoint]);
   point.observations.erase(observation);
   if (point.reference_keyframe == keyframe_id) point.reference_keyframe = point.observations.front().keyframe;
+  if (take_vote_back) {
+    point.votes.Remove(seen_as);
+    Reclassify(&point);
+  }
   reobserved_keyframes_.insert(keyframe_id);
   changed_points_.insert(point_id);
 }
@@ -139,11 +182,16 @@ void Map::MergePoints(MapPointId kept, MapPointId dropped) {
   const auto found = points_.find(dropped);
   if (found == points_.end()) return;
   const std::vector<Observation> moving = found->second.observations;
+  const ClassVotes votes = found->second.votes;
   const uint32_t visible = found->second.visible;
   const uint32_t times_found = found->second.found;
   RemovePoint(dropped);
+  // Also where `kept` is seen by a keyframe already: both keypoints said what they are.
+  MapPoint& point = points_.at(kept);
   for (const Observation& observation : moving)
-    AddObservation(kept, observation.keyframe, observation.keypoint);
+    Attach(&point, &keyframe(observation.keyframe), observation.keypoint);
+  point.votes.Add(votes);
+  Reclassify(&point);
   AddSightings(kept, visible, times_found);
   UpdateAppearance(kept);
 }
@@ -172,7 +220,7 @@ void Map::RemoveKeyFrame(KeyFrameId id) {
   RemovedKeyFrame record{id, heir.id, heir.camera_from_map * removed.camera_from_map.Inverse()};
   const std::vector<MapPointId> seen = removed.points;
   for (const MapPointId point : seen) {
-    if (point.IsValid()) RemoveObservation(point, id);
+    if (point.IsValid()) Detach(point, id, false);
   }
   for (const KeyFrameId other : removed.loops) std::erase(keyframe(other).loops, id);
   keyframes_.erase(found);

@@ -25,13 +25,16 @@ struct CovisibleKeyFrame {
 // on the history only, so results are reproducible. References stay valid until the thing itself is removed.
 class Map {
  public:
-  explicit Map(ScalePyramidInfo scale_info) : scale_info_(std::move(scale_info)) {}
+  explicit Map(ScalePyramidInfo scale_info, PointClassPolicy classes = {})
+      : scale_info_(std::move(scale_info)), classes_(classes) {}
 
   // --- reading
   const KeyFrame* FindKeyFrame(KeyFrameId id) const;
   const MapPoint* FindPoint(MapPointId id) const;
   const std::unordered_map<KeyFrameId, KeyFrame, IdHash>& keyframes() const { return keyframes_; }
   const std::unordered_map<MapPointId, MapPoint, IdHash>& points() const { return points_; }
+  // nullptr also when the point is inactive.
+  const MapPoint* FindActivePoint(MapPointId id) const;
   const ScalePyramidInfo& scale_info() const { return scale_info_; }
   // Keyframes ever added; the clock of point probation.
   uint64_t keyframe_counter() const { return keyframe_counter_; }
@@ -39,20 +42,22 @@ class Map {
   // Neighbours by falling number of shared points (ties: newer first), at least `min_shared`, at most
   // `limit`.
   std::vector<CovisibleKeyFrame> BestCovisible(KeyFrameId id, size_t limit, int min_shared = 1) const;
-  // Points of the keyframe that at least `min_observations` keyframes see.
+  // Active points of the keyframe that at least `min_observations` keyframes see.
   int CountPoints(KeyFrameId id, int min_observations) const;
 
   // --- changing
   // keyframe.points must be as long as its features and empty of observations.
   void AddKeyFrame(KeyFrame keyframe);
   MapPointId AddPoint(const Eigen::Vector3d& position_in_map, KeyFrameId reference);
+  // The keypoint's class is a vote on the point's, which may activate or deactivate it.
   // False (and nothing changes) when either is gone, the keypoint sees another point, or the keyframe sees it
   // already.
   bool AddObservation(MapPointId point, KeyFrameId keyframe, uint32_t keypoint);
-  // Removes the point as well when fewer than two observations remain.
+  // For an observation that was wrong: its vote is taken back. Removes the point as well when fewer than two
+  // observations remain.
   void RemoveObservation(MapPointId point, KeyFrameId keyframe);
   void RemovePoint(MapPointId point);
-  // `dropped`'s observations become `kept`'s where that keyframe has none yet; dropped is removed.
+  // `dropped`'s votes and observations become `kept`'s where that keyframe has none yet; dropped is removed.
   void MergePoints(MapPointId kept, MapPointId dropped);
   // The parent of the keyframe inherits its frames and children. The first keyframe cannot be removed.
   void RemoveKeyFrame(KeyFrameId id);
@@ -84,6 +89,13 @@ class Map {
   friend class MapRestorer;  // fills it from records
 
   KeyFrame& keyframe(KeyFrameId id) { return keyframes_.at(id); }
+  // What both have in common: the part of AddObservation that is no vote, and of RemoveObservation.
+  bool Attach(MapPoint* point, KeyFrame* observer, uint32_t keypoint);
+  void Detach(MapPointId point, KeyFrameId keyframe, bool take_vote_back);
+  // After the votes have changed.
+  void Reclassify(MapPoint* point);
+  void SetActive(MapPoint* point, bool active);
+  void ChangeShared(KeyFrame* own, KeyFrame* other, int change);
   void CountShared(const MapPoint& point, KeyFrameId observer, int change);
   void DetachFromTree(const KeyFrame& removed);
   MapPointRecord ToRecord(const MapPoint& point) const;
@@ -94,6 +106,7 @@ class Map {
   using IdSet = std::unordered_set<Id, IdHash>;
 
   ScalePyramidInfo scale_info_;
+  PointClassPolicy classes_;
   std::unordered_map<KeyFrameId, KeyFrame, IdHash> keyframes_;
   std::unordered_map<MapPointId, MapPoint, IdHash> points_;
   uint64_t next_point_id_ = 1;

@@ -10,6 +10,7 @@
 #include "slam/common/time.h"
 #include "slam/features/frame_features.h"
 #include "slam/geometry/se3.h"
+#include "slam/semantics/class_votes.h"
 
 namespace semmap {
 
@@ -46,11 +47,6 @@ struct KeyFrameObservations {
   std::shared_ptr<const FrameFeatures> features = nullptr;
 };
 
-struct ClassVote {
-  uint8_t semantic_class = 255;
-  uint32_t count = 0;
-};
-
 struct MapPointRecord {
   MapPointId id;
   Eigen::Vector3d position_in_map = Eigen::Vector3d::Zero();
@@ -66,8 +62,9 @@ struct MapPointRecord {
   // Time of the newest observation and of the oldest, by keyframe.
   TimestampNs first_seen = 0;
   TimestampNs last_seen = 0;
-  uint8_t semantic_class = 255;  // the most frequent vote; 255: none
-  float class_confidence = 0;    // its share of the votes
+  uint8_t semantic_class = kUnknownClass;  // by the map's PointClassPolicy: the most frequent vote
+  float class_confidence = 0;              // its share of the votes
+  // In the order in which the classes were seen first.
   std::vector<ClassVote> votes;
 };
 
@@ -89,8 +86,9 @@ struct RemovedKeyFrame {
   SE3 heir_from_removed;
 };
 
-// Poses reported for the frames from_sequence to through_sequence have moved for more than the usual refinement
-// (a loop was closed): corrected = corrected_from_reported * reported, the rotation without the scale.
+// Poses reported for the frames from_sequence to through_sequence have moved for more than the usual
+// refinement (a loop was closed): corrected = corrected_from_reported * reported, the rotation without the
+// scale.
 struct PoseCorrection {
   uint64_t from_sequence = 0;
   uint64_t through_sequence = 0;
@@ -111,8 +109,8 @@ struct MapDelta {
   std::vector<RemovedKeyFrame> removed_keyframes;
   std::vector<MapPointId> removed_points;
   std::vector<FramePose> frames;
-  // For the vehicle, not for the store, which has the new poses: with a loop and the adjustment that follows it,
-  // the whole of the session, otherwise nothing; and the first FrameResult::map_version that has them.
+  // For the vehicle, not for the store, which has the new poses: with a loop and the adjustment that follows
+  // it, the whole of the session, otherwise nothing; and the first FrameResult::map_version that has them.
   std::vector<PoseCorrection> corrections;
   uint64_t corrected_map_version = 0;
 

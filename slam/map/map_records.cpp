@@ -13,24 +13,6 @@ auto Sorted(const Set& ids) {
   return sorted;
 }
 
-void CountVotes(const std::vector<uint8_t>& classes, MapPointRecord* record) {
-  for (const uint8_t semantic_class : classes) {
-    const auto vote = std::find_if(record->votes.begin(), record->votes.end(),
-                                   [&](const ClassVote& v) { return v.semantic_class == semantic_class; });
-    if (vote == record->votes.end()) {
-      record->votes.push_back({semantic_class, 1});
-    } else {
-      ++vote->count;
-    }
-  }
-  if (record->votes.empty()) return;
-  const auto winner =
-      std::max_element(record->votes.begin(), record->votes.end(),
-                       [](const ClassVote& a, const ClassVote& b) { return a.count < b.count; });
-  record->semantic_class = winner->semantic_class;
-  record->class_confidence = static_cast<float>(winner->count) / static_cast<float>(classes.size());
-}
-
 }  // namespace
 
 MapPointRecord Map::ToRecord(const MapPoint& point) const {
@@ -43,16 +25,15 @@ MapPointRecord Map::ToRecord(const MapPoint& point) const {
   record.descriptor = point.descriptor;
   record.reference_keyframe = point.reference_keyframe;
   record.observation_count = static_cast<uint32_t>(point.observations.size());
-  std::vector<uint8_t> classes;
   for (const Observation& observation : point.observations) {
     const KeyFrame& keyframe = keyframes_.at(observation.keyframe);
     const bool first = &observation == &point.observations.front();
     record.first_seen = first ? keyframe.timestamp : std::min(record.first_seen, keyframe.timestamp);
     record.last_seen = first ? keyframe.timestamp : std::max(record.last_seen, keyframe.timestamp);
-    const uint8_t semantic_class = keyframe.features->keypoints[observation.keypoint].semantic_class;
-    if (semantic_class != 255) classes.push_back(semantic_class);
   }
-  CountVotes(classes, &record);
+  record.semantic_class = point.semantic_class;
+  record.class_confidence = point.votes.ShareOf(point.semantic_class);
+  record.votes = point.votes.ToVector();
   return record;
 }
 

@@ -26,7 +26,8 @@ size_t BytesOf(const KeyFrame& keyframe) {
 
 }  // namespace
 
-MapRestorer::MapRestorer(const ScalePyramidInfo& scale_info, MapPointId last_point) : map_(scale_info) {
+MapRestorer::MapRestorer(const ScalePyramidInfo& scale_info, MapPointId last_point, PointClassPolicy classes)
+    : map_(scale_info, classes) {
   map_.next_point_id_ = last_point.value() + 1;
 }
 
@@ -39,6 +40,8 @@ absl::Status MapRestorer::AddPoint(const MapPointRecord& record) {
   point.normal = record.normal;
   point.min_distance = record.min_distance;
   point.max_distance = record.max_distance;
+  point.votes = ClassVotes(record.votes);
+  map_.Reclassify(&point);
   point.observations.reserve(std::min<uint32_t>(record.observation_count, 1000));
   memory_bytes_ += sizeof(MapPoint) + kNodeBytes + point.observations.capacity() * sizeof(Observation);
   map_.next_point_id_ = std::max(map_.next_point_id_, record.id.value() + 1);
@@ -78,9 +81,12 @@ absl::Status MapRestorer::AddKeyFrame(const KeyFrameRecord& record, const ImageB
 }
 
 absl::Status MapRestorer::Observe(MapPointId point, KeyFrameId keyframe, uint32_t keypoint) {
-  if (map_.AddObservation(point, keyframe, keypoint)) return absl::OkStatus();
-  return Contradiction("keyframe ", keyframe.value(), " sees point ", point.value(),
-                       map_.FindPoint(point) == nullptr ? ", which is not there" : " twice");
+  const auto found = map_.points_.find(point);
+  if (found == map_.points_.end())
+    return Contradiction("keyframe ", keyframe.value(), " sees point ", point.value(),
+                         ", which is not there");
+  if (map_.Attach(&found->second, &map_.keyframe(keyframe), keypoint)) return absl::OkStatus();
+  return Contradiction("keyframe ", keyframe.value(), " sees point ", point.value(), " twice");
 }
 
 absl::StatusOr<Map> MapRestorer::Finish() && {

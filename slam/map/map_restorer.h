@@ -19,8 +19,9 @@ namespace semmap {
 // Every method answers DATA_LOSS for records that contradict each other; the restorer is then of no more use.
 class MapRestorer {
  public:
-  // Ids of new points will be greater than `last_point`.
-  MapRestorer(const ScalePyramidInfo& scale_info, MapPointId last_point);
+  // Ids of new points will be greater than `last_point`. Votes are those of the records; class and activity
+  // follow from them anew, by `classes`.
+  MapRestorer(const ScalePyramidInfo& scale_info, MapPointId last_point, PointClassPolicy classes = {});
 
   absl::Status AddPoint(const MapPointRecord& record);
   // `bounds` are those of the undistorted image. `observations` is as long as record.features.

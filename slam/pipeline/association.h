@@ -5,6 +5,7 @@
 
 #include "slam/features/feature_grid.h"
 #include "slam/features/frame_features.h"
+#include "slam/semantics/semantics_config.h"
 
 namespace semmap {
 
@@ -13,8 +14,38 @@ namespace semmap {
 constexpr int kStrictDistance = 50;
 constexpr int kLooseDistance = 95;
 
-// Descriptor distance of a possible pair, as every association of the pipeline measures it.
-inline int AssociationDistance(const Descriptor& a, const Descriptor& b) { return HammingDistance(a, b); }
+// More than any two descriptors can differ.
+constexpr int kNoDistance = 257;
+
+// How far apart the two sides of a possible pair are, as every association of the pipeline measures it: the
+// distance of their descriptors, raised by a share of itself where they are known to be of different classes
+// (section 4 of the paper). A side is a keypoint with its class, or a map point with the class of its votes.
+// A value.
+class AssociationRule {
+ public:
+  // Classes do not matter.
+  AssociationRule() = default;
+  explicit AssociationRule(const SemanticsConfig& config)
+      : penalty_(config.enabled ? config.penalty : 0.0), strict_(config.enabled && config.strict) {}
+
+  int Distance(const Descriptor& a, uint8_t class_a, const Descriptor& b, uint8_t class_b) const {
+    const int distance = HammingDistance(a, b);
+    return Differ(class_a, class_b) ? OfDifferent(distance) : distance;
+  }
+  // False when all pairs with this class are measured by their descriptors alone.
+  bool Matters(uint8_t semantic_class) const {
+    return semantic_class != kUnknownClass && (penalty_ > 0 || strict_);
+  }
+
+ private:
+  static bool Differ(uint8_t a, uint8_t b) { return a != b && a != kUnknownClass && b != kUnknownClass; }
+  int OfDifferent(int distance) const {
+    return strict_ ? kNoDistance : distance + static_cast<int>(penalty_ * distance);
+  }
+
+  double penalty_ = 0;
+  bool strict_ = false;
+};
 
 // A place in an image where a descriptor is expected.
 struct WindowQuery {
@@ -26,13 +57,14 @@ struct WindowQuery {
   // Where the right eye should see it; negative: do not care. Compared within the radius.
   float right_x = -1;
   const Descriptor* descriptor = nullptr;
+  uint8_t semantic_class = kUnknownClass;
 };
 
 struct WindowMatch {
   int keypoint = -1;
-  int distance = 257;
+  int distance = kNoDistance;
   // Distance of the runner-up, and whether it is of the same octave (then it competes for the same surface).
-  int second_distance = 257;
+  int second_distance = kNoDistance;
   int octave = -1;
   int second_octave = -2;
 
@@ -50,7 +82,8 @@ struct SearchImage {
 
 // The best keypoint for the query among those that `available(index)` admits.
 template <typename Available>
-WindowMatch FindInWindow(const SearchImage& image, const WindowQuery& query, Available&& available) {
+WindowMatch FindInWindow(const AssociationRule& rule, const SearchImage& image, const WindowQuery& query,
+                         Available&& available) {
   WindowMatch match;
   image.grid.ForEachInWindow(image.features.keypoints, query.x, query.y, query.radius, [&](int index) {
     const Keypoint& keypoint = image.features.keypoints[index];
@@ -59,7 +92,8 @@ WindowMatch FindInWindow(const SearchImage& image, const WindowQuery& query, Ava
       const float error = keypoint.right_x - query.right_x;
       if (error > query.radius || error < -query.radius) return;
     }
-    const int distance = AssociationDistance(*query.descriptor, image.features.descriptors[index]);
+    const int distance = rule.Distance(*query.descriptor, query.semantic_class,
+                                       image.features.descriptors[index], keypoint.semantic_class);
     if (distance < match.distance) {
       match.second_distance = match.distance;
       match.second_octave = match.octave;

@@ -32,12 +32,13 @@ bool IsKeyFrameRedundant(const KeyFrame& keyframe, double share, double close_de
   int points = 0;
   int redundant = 0;
   for (size_t i = 0; i < keyframe.points.size(); ++i) {
-    if (!keyframe.points[i].IsValid()) continue;
+    const MapPoint* point = map.FindActivePoint(keyframe.points[i]);
+    if (point == nullptr) continue;
     const Keypoint& keypoint = keyframe.features->keypoints[i];
     if (close_depth_m > 0 && (!keypoint.HasDepth() || keypoint.depth > close_depth_m)) continue;
     ++points;
-    const MapPoint& point = *map.FindPoint(keyframe.points[i]);
-    if (point.observations.size() > kEnoughObservers && IsRedundant(point, keyframe.id, keypoint.octave, map))
+    if (point->observations.size() > kEnoughObservers &&
+        IsRedundant(*point, keyframe.id, keypoint.octave, map))
       ++redundant;
   }
   return redundant > share * points;

@@ -1,5 +1,10 @@
 #include "slam/pipeline/frame_builder.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
 #include "absl/strings/str_cat.h"
 #include "slam/pipeline/stopwatch.h"
 
@@ -29,10 +34,34 @@ absl::Status CheckImage(const char* name, const cv::Mat& image, const CameraIntr
   return absl::OkStatus();
 }
 
+constexpr auto kSky = static_cast<uint8_t>(SemanticClass::kSky);
+
+cv::Point NearestPixel(const cv::Mat& image, double x, double y) {
+  return {std::clamp(static_cast<int>(std::floor(x + 0.5)), 0, image.cols - 1),
+          std::clamp(static_cast<int>(std::floor(y + 0.5)), 0, image.rows - 1)};
+}
+
+// A pixel that is not sky at half the radius around the keypoint, or at all of it.
+std::optional<cv::Point> BesideTheSky(const cv::Mat& classes, const Keypoint& keypoint, double radius) {
+  constexpr int kDirections = 8;
+  for (const double distance : {0.5 * radius, radius}) {
+    for (int i = 0; i < kDirections; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kDirections;
+      const cv::Point pixel = NearestPixel(classes, keypoint.x + distance * std::cos(angle),
+                                           keypoint.y + distance * std::sin(angle));
+      if (classes.at<uint8_t>(pixel) != kSky) return pixel;
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 FrameBuilder::FrameBuilder(const SlamConfig& config, const CameraRig& rig)
     : rig_(WithDefaults(rig)),
+      use_classes_(config.semantics.enabled),
+      min_confidence_(static_cast<uint8_t>(std::lround(255 * config.semantics.min_confidence))),
+      sky_rim_px_(config.semantics.sky_rim_px),
       bounds_(UndistortedBounds(rig_.camera)),
       model_(MakeModel(rig_)),
       left_extractor_(config.orb) {
@@ -53,6 +82,10 @@ absl::Status FrameBuilder::Check(const FrameInput& input) const {
   if (status.ok() && !input.class_mask.empty()) {
     status = CheckImage("class mask", input.class_mask, rig_.camera, input.class_mask.type() == CV_8UC1);
   }
+  if (status.ok() && !input.class_confidence.empty()) {
+    status = CheckImage("class confidence", input.class_confidence, rig_.camera,
+                        input.class_confidence.type() == CV_8UC1);
+  }
   return status;
 }
 
@@ -65,18 +98,24 @@ TrackedFrame FrameBuilder::Build(const FrameInput& input, StageTimes* times) {
   left_extractor_.Extract(input.image, frame.features.get());
   if (right_extractor_) right_extractor_->Extract(input.right, &right_features_);
   times->extract_ms = stopwatch.LapMs();
-  if (!input.class_mask.empty()) AddClasses(input.class_mask, frame.features.get());
+  if (use_classes_ && !input.class_mask.empty()) AddClasses(input, frame.features.get());
   AddDepth(input, frame.features.get());
   frame.grid = std::make_shared<FeatureGrid>(bounds_, frame.features->keypoints);
   times->stereo_ms = stopwatch.LapMs();
   return frame;
 }
 
-void FrameBuilder::AddClasses(const cv::Mat& class_mask, FrameFeatures* features) const {
+void FrameBuilder::AddClasses(const FrameInput& input, FrameFeatures* features) const {
   for (Keypoint& keypoint : features->keypoints) {
-    const int x = std::clamp(static_cast<int>(keypoint.x + 0.5F), 0, class_mask.cols - 1);
-    const int y = std::clamp(static_cast<int>(keypoint.y + 0.5F), 0, class_mask.rows - 1);
-    keypoint.semantic_class = class_mask.at<uint8_t>(y, x);
+    cv::Point pixel = NearestPixel(input.class_mask, keypoint.x, keypoint.y);
+    if (sky_rim_px_ > 0 && input.class_mask.at<uint8_t>(pixel) == kSky) {
+      const double radius = sky_rim_px_ * scale_info().scales[keypoint.octave];
+      pixel = BesideTheSky(input.class_mask, keypoint, radius).value_or(pixel);
+    }
+    if (!input.class_confidence.empty())
+      keypoint.class_confidence = input.class_confidence.at<uint8_t>(pixel);
+    if (keypoint.class_confidence >= min_confidence_)
+      keypoint.semantic_class = input.class_mask.at<uint8_t>(pixel);
   }
 }
 

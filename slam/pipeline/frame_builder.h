@@ -41,11 +41,14 @@ class FrameBuilder {
   const ProjectionModel& model() const { return model_; }
 
  private:
-  void AddClasses(const cv::Mat& class_mask, FrameFeatures* features) const;
+  void AddClasses(const FrameInput& input, FrameFeatures* features) const;
   void Undistort(FrameFeatures* features);
   void AddDepth(const FrameInput& input, FrameFeatures* features);
 
   CameraRig rig_;
+  bool use_classes_;
+  uint8_t min_confidence_;  // 255 = certain
+  double sky_rim_px_;
   ImageBounds bounds_;
   ProjectionModel model_;
   OrbExtractor left_extractor_;

@@ -1,5 +1,8 @@
 #include "slam/pipeline/keyframe_matcher.h"
 
+#include <algorithm>
+#include <numeric>
+#include <optional>
 #include <span>
 
 #include "slam/features/descriptor_search.h"
@@ -14,6 +17,24 @@ bool IsMatch(const NearestTwo& nearest) {
          nearest.distance <= static_cast<int>(kDistinctRatio * nearest.second_distance);
 }
 
+// As FindNearestTwo, by the rule.
+NearestTwo FindNearestTwoByRule(const AssociationRule& rule, const Descriptor& wanted, uint8_t semantic_class,
+                                const FrameFeatures& image, std::span<const int> candidates) {
+  NearestTwo nearest;
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    const int distance = rule.Distance(wanted, semantic_class, image.descriptors[candidates[i]],
+                                       image.keypoints[candidates[i]].semantic_class);
+    if (distance < nearest.distance) {
+      nearest.second_distance = nearest.distance;
+      nearest.distance = distance;
+      nearest.index = static_cast<int>(i);
+    } else {
+      nearest.second_distance = std::min(nearest.second_distance, distance);
+    }
+  }
+  return nearest;
+}
+
 std::vector<KeypointPair> Sift(const FrameFeatures& keyframe, const FrameFeatures& image,
                                std::vector<KeypointPair> pairs) {
   KeepBestOfSecond(image.size(), &pairs);
@@ -21,13 +42,20 @@ std::vector<KeypointPair> Sift(const FrameFeatures& keyframe, const FrameFeature
   return pairs;
 }
 
-template <typename SeesPoint>
-std::vector<KeypointPair> MatchAll(const FrameFeatures& keyframe, const SeesPoint& sees_point,
-                                   const FrameFeatures& image) {
+// `class_of(i)` is the class of the point that keypoint i sees; nothing where it sees none.
+template <typename ClassOf>
+std::vector<KeypointPair> MatchAll(const AssociationRule& rule, const FrameFeatures& keyframe,
+                                   const ClassOf& class_of, const FrameFeatures& image) {
   std::vector<KeypointPair> pairs;
+  std::vector<int> all(image.size());
+  std::iota(all.begin(), all.end(), 0);
   for (size_t i = 0; i < keyframe.size(); ++i) {
-    if (!sees_point(i)) continue;
-    const NearestTwo nearest = FindNearestTwo(keyframe.descriptors[i], image.descriptors);
+    const std::optional<uint8_t> semantic_class = class_of(i);
+    if (!semantic_class) continue;
+    const Descriptor& wanted = keyframe.descriptors[i];
+    const NearestTwo nearest = rule.Matters(*semantic_class)
+                                   ? FindNearestTwoByRule(rule, wanted, *semantic_class, image, all)
+                                   : FindNearestTwo(wanted, image.descriptors);
     if (IsMatch(nearest)) pairs.push_back({static_cast<int>(i), nearest.index, nearest.distance});
   }
   return Sift(keyframe, image, std::move(pairs));
@@ -35,7 +63,8 @@ std::vector<KeypointPair> MatchAll(const FrameFeatures& keyframe, const SeesPoin
 
 }  // namespace
 
-std::vector<KeypointPair> MatchWithinNodes(const KeyFrame& keyframe, const DirectIndex& keyframe_nodes,
+std::vector<KeypointPair> MatchWithinNodes(const AssociationRule& rule, const Map& map,
+                                           const KeyFrame& keyframe, const DirectIndex& keyframe_nodes,
                                            const FrameFeatures& image, const DirectIndex& image_nodes) {
   std::vector<KeypointPair> pairs;
   std::vector<int> candidates;
@@ -48,9 +77,13 @@ std::vector<KeypointPair> MatchWithinNodes(const KeyFrame& keyframe, const Direc
                       image_nodes.keypoints.begin() + group->end);
     for (uint32_t i = wanted.begin; i < wanted.end; ++i) {
       const uint32_t keypoint = keyframe_nodes.keypoints[i];
-      if (!keyframe.points[keypoint].IsValid()) continue;
+      const MapPoint* point = map.FindActivePoint(keyframe.points[keypoint]);
+      if (point == nullptr) continue;
+      const Descriptor& descriptor = keyframe.features->descriptors[keypoint];
       const NearestTwo nearest =
-          FindNearestTwo(keyframe.features->descriptors[keypoint], image.descriptors, candidates);
+          rule.Matters(point->semantic_class)
+              ? FindNearestTwoByRule(rule, descriptor, point->semantic_class, image, candidates)
+              : FindNearestTwo(descriptor, image.descriptors, candidates);
       if (!IsMatch(nearest)) continue;
       pairs.push_back({static_cast<int>(keypoint), candidates[nearest.index], nearest.distance});
     }
@@ -58,14 +91,22 @@ std::vector<KeypointPair> MatchWithinNodes(const KeyFrame& keyframe, const Direc
   return Sift(*keyframe.features, image, std::move(pairs));
 }
 
-std::vector<KeypointPair> MatchExhaustively(const KeyFrame& keyframe, const FrameFeatures& image) {
-  return MatchAll(
-      *keyframe.features, [&](size_t i) { return keyframe.points[i].IsValid(); }, image);
+std::vector<KeypointPair> MatchExhaustively(const AssociationRule& rule, const Map& map,
+                                            const KeyFrame& keyframe, const FrameFeatures& image) {
+  const auto class_of = [&](size_t i) -> std::optional<uint8_t> {
+    const MapPoint* point = map.FindActivePoint(keyframe.points[i]);
+    return point == nullptr ? std::nullopt : std::optional<uint8_t>(point->semantic_class);
+  };
+  return MatchAll(rule, *keyframe.features, class_of, image);
 }
 
-std::vector<KeypointPair> MatchExhaustively(const ViewKeyFrame& keyframe, const FrameFeatures& image) {
-  return MatchAll(
-      *keyframe.features, [&](size_t i) { return keyframe.point_of_keypoint[i] >= 0; }, image);
+std::vector<KeypointPair> MatchExhaustively(const AssociationRule& rule, const LocalMapView& view,
+                                            const ViewKeyFrame& keyframe, const FrameFeatures& image) {
+  const auto class_of = [&](size_t i) -> std::optional<uint8_t> {
+    const int32_t point = keyframe.point_of_keypoint[i];
+    return point < 0 ? std::nullopt : std::optional<uint8_t>(view.classes[point]);
+  };
+  return MatchAll(rule, *keyframe.features, class_of, image);
 }
 
 }  // namespace semmap

@@ -49,7 +49,8 @@ Expected Predict(const LocalMapView& view, size_t i, const SE3& camera_from_map,
                      octave - 1,
                      octave + 1,
                      search.model.focal_times_baseline > 0 ? static_cast<float>(right_x) : -1.0F,
-                     &view.descriptors[i]};
+                     &view.descriptors[i],
+                     view.classes[i]};
   return expected;
 }
 
@@ -87,7 +88,7 @@ Agreement MatchLocalMap(const LocalMapView& view, const SE3& camera_from_map, co
     ++counters->visible[i];
     ++agreement.expected;
     if (expected.depth <= search.near_depth) ++agreement.near_expected;
-    const WindowMatch best = FindInWindow(image, expected.window, is_free);
+    const WindowMatch best = FindInWindow(search.association, image, expected.window, is_free);
     if (best.keypoint < 0 || best.distance > kLooseDistance || !best.IsDistinct(search.distinct_ratio))
       continue;
     (*matches)[best.keypoint] = static_cast<int32_t>(i);

@@ -28,6 +28,7 @@ struct ProjectionSearch {
   double distinct_ratio = 0.8;
   // Points up to this depth tell where the camera is; 0: none is known to.
   double near_depth = 0;
+  AssociationRule association = {};
 };
 
 // Projects every point of the view that `matches` does not hold yet, and pairs it with the best free keypoint

@@ -33,7 +33,8 @@ LocalMapper::LocalMapper(const SlamConfig& config, MappingCamera camera, ScalePy
                          Publish publish)
     : config_(config),
       camera_(std::move(camera)),
-      map_(std::move(scale_info)),
+      map_(std::move(scale_info), config.semantics.PointPolicy()),
+      filters_(!config.semantics.InactiveClasses().empty()),
       publish_(std::move(publish)) {}
 
 std::vector<KeyFrameId> LocalMapper::AddKeyFrame(const KeyFrameCandidate& candidate,
@@ -130,6 +131,7 @@ void LocalMapper::Fuse(KeyFrameId id) {
     }
   }
   FuseWithNeighbours(camera_, id, targets, &map_);
+  if (filters_) ObserveInactivePoints(camera_, id, Neighbours(id, kFusionNeighbours), &map_);
 }
 
 void LocalMapper::FocusOn(KeyFrameId id) {

@@ -44,12 +44,14 @@ class LocalMapper {
  private:
   void Insert(const KeyFrameCandidate& candidate);
   void CreatePoints(KeyFrameId id);
+  // With the neighbours and their neighbours.
   void Fuse(KeyFrameId id);
   std::vector<KeyFrameId> Neighbours(KeyFrameId id, int limit) const;
 
   SlamConfig config_;
   MappingCamera camera_;
   Map map_;
+  bool filters_;  // points may be inactive
   Publish publish_;
   uint64_t version_ = 0;
   // Around which keyframe views are made; none: the newest.

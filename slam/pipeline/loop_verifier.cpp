@@ -33,8 +33,9 @@ double Median(std::vector<double> values) {
 
 void CompareDepths(const Map& map, const KeyFrame& image, CrossLook* look) {
   for (size_t i = 0; i < image.points.size(); ++i) {
-    if (!image.points[i].IsValid() || look->fix.matches[i] < 0) continue;
-    const double own = (image.camera_from_map * map.FindPoint(image.points[i])->position_in_map).z();
+    const MapPoint* point = look->fix.matches[i] >= 0 ? map.FindActivePoint(image.points[i]) : nullptr;
+    if (point == nullptr) continue;
+    const double own = (image.camera_from_map * point->position_in_map).z();
     const double other = (look->fix.camera_from_map * look->view->positions[look->fix.matches[i]]).z();
     if (own > 0 && other > 0) look->depths.emplace_back(own, other);
   }
@@ -47,8 +48,8 @@ std::optional<CrossLook> LookAcross(const ViewLocalizerOptions& options, const M
   const DirectIndex* place_nodes = places.NodesOf(place_id);
   const DirectIndex* image_nodes = places.NodesOf(image_id);
   if (place_nodes == nullptr || image_nodes == nullptr) return std::nullopt;
-  const auto pairs =
-      MatchWithinNodes(*map.FindKeyFrame(place_id), *place_nodes, *image.features, *image_nodes);
+  const auto pairs = MatchWithinNodes(camera.association, map, *map.FindKeyFrame(place_id), *place_nodes,
+                                      *image.features, *image_nodes);
   if (static_cast<int>(pairs.size()) < options.min_matches) return std::nullopt;
   CrossLook look;
   look.view = MakeLocalMapView(map, place_id, 0, LocalMapViewLimits());

@@ -3,6 +3,19 @@
 #include <algorithm>
 
 namespace semmap {
+namespace {
+
+// Inactive points that belong to the keyframe, relative to it.
+void GatherPassengers(const Map& map, const KeyFrame& keyframe,
+                      std::vector<std::pair<MapPointId, Eigen::Vector3d>>* in_camera) {
+  for (const MapPointId id : keyframe.points) {
+    const MapPoint* point = id.IsValid() ? map.FindPoint(id) : nullptr;
+    if (point == nullptr || point->active || point->reference_keyframe != keyframe.id) continue;
+    in_camera->emplace_back(id, keyframe.camera_from_map * point->position_in_map);
+  }
+}
+
+}  // namespace
 
 MapWindow MapWindow::Whole(const ProjectionModel& model, const Map& map) {
   std::vector<KeyFrameId> ids;
@@ -24,9 +37,10 @@ void MapWindow::AddCamera(const Map& map, KeyFrameId id, bool fixed) {
 
 void MapWindow::AddPointsOf(const Map& map, KeyFrameId id) {
   for (const MapPointId point : map.FindKeyFrame(id)->points) {
-    if (!point.IsValid() || !point_index_.emplace(point, static_cast<int>(points_.size())).second) continue;
+    const MapPoint* active = map.FindActivePoint(point);
+    if (active == nullptr || !point_index_.emplace(point, static_cast<int>(points_.size())).second) continue;
     points_.push_back(point);
-    problem_.points.push_back(map.FindPoint(point)->position_in_map);
+    problem_.points.push_back(active->position_in_map);
   }
 }
 
@@ -68,8 +82,13 @@ void MapWindow::FixOne() {
 
 void MapWindow::WriteBack(Map* map) const {
   for (size_t i = 0; i < cameras_.size(); ++i) {
-    if (problem_.cameras[i].fixed || map->FindKeyFrame(cameras_[i]) == nullptr) continue;
+    const KeyFrame* keyframe = map->FindKeyFrame(cameras_[i]);
+    if (problem_.cameras[i].fixed || keyframe == nullptr) continue;
+    std::vector<std::pair<MapPointId, Eigen::Vector3d>> passengers;
+    GatherPassengers(*map, *keyframe, &passengers);
     map->SetPose(cameras_[i], problem_.cameras[i].camera_from_map);
+    const SE3 map_from_camera = problem_.cameras[i].camera_from_map.Inverse();
+    for (const auto& [id, in_camera] : passengers) map->SetPosition(id, map_from_camera * in_camera);
   }
   for (size_t i = 0; i < points_.size(); ++i) {
     if (map->FindPoint(points_[i]) != nullptr) map->SetPosition(points_[i], problem_.points[i]);

@@ -19,6 +19,7 @@ class MapWindow {
 
   // --- filling; all of one map
   void AddCamera(const Map& map, KeyFrameId id, bool fixed);
+  // Its active points.
   void AddPointsOf(const Map& map, KeyFrameId id);
   // The keyframes outside that see most of the window's points, held fixed.
   void AddRim(const Map& map, size_t limit);
@@ -32,7 +33,7 @@ class MapWindow {
   BundleSummary Solve(const BundleOptions& options) { return AdjustBundle(options, &problem_); }
 
   // Poses, points and, removed from the map, the outliers among the observations. What the map no longer has
-  // is passed over.
+  // is passed over. Inactive points keep their place in the frame of their reference keyframe.
   void WriteBack(Map* map) const;
 
   const std::vector<KeyFrameId>& cameras() const { return cameras_; }

@@ -55,11 +55,16 @@ std::vector<KeypointPair> MonocularInitializer::Match(const TrackedFrame& frame)
   const SearchImage image{*frame.features, *frame.grid};
   const float radius = kSearchShare * static_cast<float>(camera_.width);
   std::vector<KeypointPair> pairs;
+  const auto is_active = [&](int keypoint) {
+    return !inactive_.Contains(frame.features->keypoints[keypoint].semantic_class);
+  };
   for (size_t i = 0; i < reference.size(); ++i) {
+    const uint8_t semantic_class = reference.keypoints[i].semantic_class;
+    if (inactive_.Contains(semantic_class)) continue;
     const int octave = reference.keypoints[i].octave;
-    const WindowQuery query{last_seen_[i].x(),        last_seen_[i].y(), radius, octave - 1, octave + 1, -1,
-                            &reference.descriptors[i]};
-    const WindowMatch match = FindInWindow(image, query, [](int) { return true; });
+    const WindowQuery query{last_seen_[i].x(),         last_seen_[i].y(), radius, octave - 1, octave + 1, -1,
+                            &reference.descriptors[i], semantic_class};
+    const WindowMatch match = FindInWindow(rule_, image, query, is_active);
     if (match.keypoint < 0 || match.distance > kStrictDistance) continue;
     if (match.distance > static_cast<int>(kDistinctRatio * match.second_distance)) continue;
     pairs.push_back({static_cast<int>(i), match.keypoint, match.distance});

@@ -25,7 +25,9 @@ struct InitialReconstruction {
 // Waits for a frame that, together with an earlier one, tells motion and structure. Not thread-safe.
 class MonocularInitializer {
  public:
-  MonocularInitializer(const CameraIntrinsics& camera, uint32_t seed) : camera_(camera), seed_(seed) {}
+  // Keypoints of inactive classes take no part: what moves would tell its own motion.
+  MonocularInitializer(const CameraIntrinsics& camera, uint32_t seed, const SemanticsConfig& semantics)
+      : camera_(camera), seed_(seed), rule_(semantics), inactive_(semantics.InactiveClasses()) {}
 
   std::optional<InitialReconstruction> Add(const TrackedFrame& frame);
   void Reset() { reference_.reset(); }
@@ -38,6 +40,8 @@ class MonocularInitializer {
 
   CameraIntrinsics camera_;
   uint32_t seed_;
+  AssociationRule rule_;
+  ClassSet inactive_;
   std::optional<TrackedFrame> reference_;
   // Where each keypoint of the reference was seen last: the search follows it from frame to frame.
   std::vector<Eigen::Vector2f> last_seen_;

@@ -7,6 +7,7 @@
 #include "slam/map/keyframe.h"
 #include "slam/place/place_index.h"
 #include "slam/place/vocabulary.h"
+#include "slam/semantics/taxonomy.h"
 
 namespace semmap {
 
@@ -15,7 +16,9 @@ namespace semmap {
 // map's owner; not thread-safe.
 class PlaceMemory {
  public:
-  PlaceMemory(std::shared_ptr<const Vocabulary> vocabulary, const PlaceQueryLimits& limits);
+  // Keypoints of the classes in `inactive` say nothing about a place.
+  PlaceMemory(std::shared_ptr<const Vocabulary> vocabulary, const PlaceQueryLimits& limits,
+              const ClassSet& inactive = {});
 
   bool enabled() const { return index_.has_value(); }
   // This one and index() need a vocabulary.
@@ -32,6 +35,7 @@ class PlaceMemory {
 
  private:
   std::optional<PlaceIndex> index_;
+  ClassSet inactive_;
   std::unordered_map<KeyFrameId, DirectIndex, IdHash> nodes_;
 };
 

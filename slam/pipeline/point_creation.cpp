@@ -28,7 +28,7 @@ constexpr double kDepthFactor = 2.0;
 double MedianDepth(const KeyFrame& keyframe, const Map& map) {
   std::vector<double> depths;
   for (const MapPointId id : keyframe.points) {
-    const MapPoint* point = id.IsValid() ? map.FindPoint(id) : nullptr;
+    const MapPoint* point = id.IsValid() ? map.FindActivePoint(id) : nullptr;
     if (point != nullptr) depths.push_back((keyframe.camera_from_map * point->position_in_map).z());
   }
   if (depths.empty()) return 0;
@@ -121,7 +121,7 @@ bool ClipToImage(const EpipolarSegment& segment, const ImageBounds& bounds, doub
 class FreeKeypoints {
  public:
   FreeKeypoints(const MappingCamera& camera, const KeyFrame& keyframe, const ScalePyramidInfo& scale_info)
-      : bounds_(camera.bounds), descriptors_(keyframe.features->descriptors) {
+      : rule_(camera.association), bounds_(camera.bounds), descriptors_(keyframe.features->descriptors) {
     for (size_t i = 0; i < keyframe.points.size(); ++i) {
       if (keyframe.points[i].IsValid()) continue;
       const Keypoint& keypoint = keyframe.features->keypoints[i];
@@ -133,7 +133,8 @@ class FreeKeypoints {
   }
 
   // The keypoint closest to `descriptor` among those near the segment, within two octaves; second -1 if none.
-  KeypointPair FindAlong(const EpipolarSegment& segment, const Descriptor& descriptor, int octave) const {
+  KeypointPair FindAlong(const EpipolarSegment& segment, const Descriptor& descriptor,
+                         const Keypoint& seen) const {
     KeypointPair best{-1, -1, kStrictDistance + 1};
     double begin = 0;
     double end = 1;
@@ -146,8 +147,9 @@ class FreeKeypoints {
       grid_.ForEachInWindow(keypoints_, center.x(), center.y(), kWalkRadius, [&](int index) {
         const Keypoint& keypoint = keypoints_[index];
         if (std::abs(segment.Distance(keypoint.x, keypoint.y)) > reach_[index]) return;
-        if (std::abs(keypoint.octave - octave) > 2) return;
-        const int distance = AssociationDistance(descriptor, descriptors_[indices_[index]]);
+        if (std::abs(keypoint.octave - seen.octave) > 2) return;
+        const int distance = rule_.Distance(descriptor, seen.semantic_class, descriptors_[indices_[index]],
+                                            keypoint.semantic_class);
         if (distance < best.distance) best = {-1, indices_[index], distance};
       });
     }
@@ -155,6 +157,7 @@ class FreeKeypoints {
   }
 
  private:
+  AssociationRule rule_;
   ImageBounds bounds_;
   const std::vector<Descriptor>& descriptors_;
   std::vector<Keypoint> keypoints_;
@@ -172,7 +175,7 @@ std::vector<KeypointPair> MatchAlongLines(const MappingCamera& camera, const Pai
     const Keypoint& keypoint = first.features->keypoints[i];
     const auto segment = geometry.Segment(keypoint);
     if (!segment) continue;
-    KeypointPair pair = free.FindAlong(*segment, first.features->descriptors[i], keypoint.octave);
+    KeypointPair pair = free.FindAlong(*segment, first.features->descriptors[i], keypoint);
     if (pair.second < 0) continue;
     pair.first = static_cast<int>(i);
     pairs.push_back(pair);

@@ -52,21 +52,28 @@ bool WithinError(const Keypoint& keypoint, const Projection& projection, float w
   return squared * weight <= static_cast<float>(kChi2Stereo);
 }
 
-int FindKeypoint(const Map& map, const KeyFrame& keyframe, const Projection& projection,
-                 const FusionTolerance& tolerance, const MapPoint& point) {
+// `admits(id)` tells whether a keypoint that sees this point (or none) may be the one.
+template <typename Admits>
+int FindKeypoint(const MappingCamera& camera, const Map& map, const KeyFrame& keyframe,
+                 const Projection& projection, const FusionTolerance& tolerance, const MapPoint& point,
+                 Admits&& admits) {
   const WindowQuery query{projection.x,
                           projection.y,
                           tolerance.radius * map.scale_info().scales[projection.octave],
                           projection.octave - 1,
                           projection.octave + 1,
                           -1,
-                          &point.descriptor};
+                          &point.descriptor,
+                          point.semantic_class};
   const float inverse_error_factor2 = 1 / (tolerance.error_factor * tolerance.error_factor);
-  const WindowMatch match = FindInWindow({*keyframe.features, *keyframe.grid}, query, [&](int index) {
+  const auto available = [&](int index) {
     const Keypoint& keypoint = keyframe.features->keypoints[index];
-    return WithinError(keypoint, projection,
+    return admits(keyframe.points[index]) &&
+           WithinError(keypoint, projection,
                        inverse_error_factor2 * map.scale_info().inverse_sigma2[keypoint.octave]);
-  });
+  };
+  const WindowMatch match =
+      FindInWindow(camera.association, {*keyframe.features, *keyframe.grid}, query, available);
   return match.distance <= kStrictDistance ? match.keypoint : -1;
 }
 
@@ -80,6 +87,7 @@ bool JoinPoint(MapPointId point_id, KeyFrameId keyframe_id, int keypoint, Map* m
     return true;
   }
   if (seen_id == point_id) return false;
+  if (map->FindActivePoint(seen_id) == nullptr) return false;
   const bool seen_is_better =
       map->FindPoint(seen_id)->observations.size() > map->FindPoint(point_id)->observations.size();
   map->MergePoints(seen_is_better ? seen_id : point_id, seen_is_better ? point_id : seen_id);
@@ -91,7 +99,7 @@ std::vector<MapPointId> PointsSeenBy(const Map& map, const std::vector<KeyFrameI
   std::unordered_set<MapPointId, IdHash> known;
   for (const KeyFrameId keyframe : keyframes) {
     for (const MapPointId point : map.FindKeyFrame(keyframe)->points) {
-      if (point.IsValid() && known.insert(point).second) points.push_back(point);
+      if (map.FindActivePoint(point) != nullptr && known.insert(point).second) points.push_back(point);
     }
   }
   return points;
@@ -101,13 +109,16 @@ int FusePoints(const MappingCamera& camera, const std::vector<MapPointId>& point
                const FusionTolerance& tolerance, Map* map) {
   const KeyFrame& keyframe = *map->FindKeyFrame(keyframe_id);
   const Eigen::Vector3d center = keyframe.Center();
+  const auto admits = [&](MapPointId seen) {
+    return !seen.IsValid() || map->FindActivePoint(seen) != nullptr;
+  };
   int fused = 0;
   for (const MapPointId id : points) {
-    const MapPoint* point = map->FindPoint(id);
+    const MapPoint* point = map->FindActivePoint(id);
     if (point == nullptr || SeenBy(*point, keyframe_id)) continue;
     const auto projection = Project(camera, *map, keyframe, center, *point);
     if (!projection) continue;
-    const int keypoint = FindKeypoint(*map, keyframe, *projection, tolerance, *point);
+    const int keypoint = FindKeypoint(camera, *map, keyframe, *projection, tolerance, *point, admits);
     if (keypoint >= 0 && JoinPoint(id, keyframe_id, keypoint, map)) ++fused;
   }
   return fused;
@@ -119,6 +130,27 @@ int FuseWithNeighbours(const MappingCamera& camera, KeyFrameId keyframe,
   for (const KeyFrameId neighbour : neighbours)
     fused += FusePoints(camera, PointsSeenBy(*map, {keyframe}), neighbour, FusionTolerance(), map);
   return fused + FusePoints(camera, PointsSeenBy(*map, neighbours), keyframe, FusionTolerance(), map);
+}
+
+int ObserveInactivePoints(const MappingCamera& camera, KeyFrameId keyframe_id,
+                          const std::vector<KeyFrameId>& neighbours, Map* map) {
+  const KeyFrame& keyframe = *map->FindKeyFrame(keyframe_id);
+  const Eigen::Vector3d center = keyframe.Center();
+  const auto admits = [](MapPointId seen) { return !seen.IsValid(); };
+  int observed = 0;
+  for (const KeyFrameId neighbour : neighbours) {
+    // The points of a keyframe do not change by being seen from another one.
+    for (const MapPointId id : map->FindKeyFrame(neighbour)->points) {
+      const MapPoint* point = id.IsValid() ? map->FindPoint(id) : nullptr;
+      if (point == nullptr || point->active || SeenBy(*point, keyframe_id)) continue;
+      const auto projection = Project(camera, *map, keyframe, center, *point);
+      if (!projection) continue;
+      const int keypoint =
+          FindKeypoint(camera, *map, keyframe, *projection, FusionTolerance(), *point, admits);
+      if (keypoint >= 0 && JoinPoint(id, keyframe_id, keypoint, map)) ++observed;
+    }
+  }
+  return observed;
 }
 
 }  // namespace semmap

@@ -18,11 +18,13 @@ class Search {
   bool Try(KeyFrameId candidate, const DirectIndex& candidate_nodes, const DirectIndex& image_nodes) {
     const KeyFrame* keyframe = map_.FindKeyFrame(candidate);
     return keyframe != nullptr &&
-           Locate(candidate, MatchWithinNodes(*keyframe, candidate_nodes, image_.features, image_nodes));
+           Locate(candidate, MatchWithinNodes(camera_.association, map_, *keyframe, candidate_nodes,
+                                              image_.features, image_nodes));
   }
   bool TryExhaustively(KeyFrameId candidate) {
     const KeyFrame* keyframe = map_.FindKeyFrame(candidate);
-    return keyframe != nullptr && Locate(candidate, MatchExhaustively(*keyframe, image_.features));
+    return keyframe != nullptr &&
+           Locate(candidate, MatchExhaustively(camera_.association, map_, *keyframe, image_.features));
   }
 
   Relocalization TakeResult() { return std::move(result_); }

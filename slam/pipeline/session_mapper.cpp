@@ -14,7 +14,7 @@ SessionMapper::SessionMapper(const SlamConfig& config, const MappingCamera& came
     : config_(config),
       camera_(camera),
       local_(config, camera, scale_info, std::move(publish)),
-      places_(std::move(vocabulary), config.place.query),
+      places_(std::move(vocabulary), config.place.query, config.semantics.InactiveClasses()),
       loop_closer_(config.loop, static_cast<uint32_t>(config.seed), camera),
       relocalizer_(config.relocalization, static_cast<uint32_t>(config.seed)) {}
 
@@ -46,7 +46,8 @@ SessionMapper::RecoveryReport SessionMapper::Recover(const LostFrame& lost) {
   const Relocalization found =
       relocalizer_.Relocalize(map(), places_, camera_, {*frame.features, *frame.grid}, 0);
   if (!found.fix) return {nullptr, found.failure};
-  if (found.fix->agreement.Trust() <= kBetter * lost.agreement.Trust()) return {nullptr, LocalizationFailure::kTooFewInliers};
+  if (found.fix->agreement.Trust() <= kBetter * lost.agreement.Trust())
+    return {nullptr, LocalizationFailure::kTooFewInliers};
   auto recovery = std::make_shared<Recovery>();
   recovery->frame = frame;
   recovery->frame.camera_from_map = found.fix->camera_from_map;

@@ -31,10 +31,11 @@ KeyFrameCandidate ToCandidate(KeyFrameId id, const TrackedFrame& frame) {
   return candidate;
 }
 
-MappingCamera MakeMappingCamera(const TrackingConfig& config, const FrameBuilder& builder) {
+MappingCamera MakeMappingCamera(const SlamConfig& config, const FrameBuilder& builder) {
   const CameraRig& rig = builder.rig();
-  const double near = rig.sensor == SensorType::kMono ? 0 : config.close_depth_in_baselines * rig.baseline_m;
-  return {rig, builder.bounds(), builder.model(), near};
+  const double near =
+      rig.sensor == SensorType::kMono ? 0 : config.tracking.close_depth_in_baselines * rig.baseline_m;
+  return {rig, builder.bounds(), builder.model(), near, AssociationRule(config.semantics)};
 }
 
 }  // namespace
@@ -42,8 +43,10 @@ MappingCamera MakeMappingCamera(const TrackingConfig& config, const FrameBuilder
 Tracker::Tracker(const SlamConfig& config, const CameraRig& rig)
     : config_(config),
       builder_(config, rig),
-      camera_(MakeMappingCamera(config.tracking, builder_)),
-      monocular_initializer_(builder_.rig().camera, static_cast<uint32_t>(config.seed)) {
+      camera_(MakeMappingCamera(config, builder_)),
+      monocular_initializer_(builder_.rig().camera, static_cast<uint32_t>(config.seed), config.semantics),
+      inactive_(config.semantics.InactiveClasses()) {
+  search_.association = camera_.association;
   search_.model = builder_.model();
   search_.bounds = builder_.bounds();
   search_.scale_info = &builder_.scale_info();
@@ -133,7 +136,7 @@ void Tracker::Initialize(TrackedFrame frame, TrackOutput* output) {
 
 void Tracker::InitializeWithDepth(TrackedFrame frame, TrackOutput* output) {
   const auto with_depth = std::count_if(frame.features->keypoints.begin(), frame.features->keypoints.end(),
-                                        [](const Keypoint& k) { return k.HasDepth(); });
+                                        [&](const Keypoint& k) { return MeasuresDepth(k); });
   if (with_depth < kMinInitialDepthPoints) return;
   const KeyFrameId id(next_keyframe_id_++);
   output->keyframe = ToCandidate(id, frame);
@@ -286,7 +289,7 @@ KeyFrameEvidence Tracker::GatherEvidence(const TrackedFrame& frame, const Mapper
   }
   for (size_t i = 0; i < matches_.size(); ++i) {
     const Keypoint& keypoint = frame.features->keypoints[i];
-    if (!keypoint.HasDepth() || keypoint.depth > camera_.near_depth) continue;
+    if (!MeasuresDepth(keypoint) || keypoint.depth > camera_.near_depth) continue;
     ++(matches_[i] >= 0 ? evidence.close_tracked : evidence.close_untracked);
   }
   return evidence;

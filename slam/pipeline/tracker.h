@@ -78,6 +78,10 @@ class Tracker {
   std::optional<ViewFix> FindNearby(const TrackedFrame& frame) const;
   bool IsDoubtful(const Agreement& agreement) const;
   bool TrackLocalMap(TrackedFrame* frame, FrameResult* result);
+  // Has depth, and is not of something that may move.
+  bool MeasuresDepth(const Keypoint& keypoint) const {
+    return keypoint.HasDepth() && !inactive_.Contains(keypoint.semantic_class);
+  }
   std::vector<Anchor> LastFrameAnchors() const;
   int MatchAnchors(const std::vector<Anchor>& anchors, const SE3& predicted_camera_from_map, float radius,
                    const TrackedFrame& frame);
@@ -100,6 +104,8 @@ class Tracker {
   MappingCamera camera_;
   MonocularInitializer monocular_initializer_;
   ProjectionSearch search_;
+  // Keypoints of these classes are no reason to keep a frame and no measure of depth.
+  ClassSet inactive_;
 
   TrackingState state_ = TrackingState::kInitializing;
   std::shared_ptr<const LocalMapView> view_;

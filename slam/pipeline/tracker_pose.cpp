@@ -63,7 +63,7 @@ std::vector<Tracker::Anchor> Tracker::LastFrameAnchors() const {
     const int32_t index = last_points_[i].IsValid() ? view_->IndexOf(last_points_[i]) : -1;
     if (index >= 0) {
       anchors.push_back({static_cast<int>(i), index, view_->positions[index]});
-    } else if (keypoints[i].HasDepth()) {
+    } else if (MeasuresDepth(keypoints[i])) {
       by_depth.emplace_back(keypoints[i].depth, static_cast<int>(i));
     }
   }
@@ -93,14 +93,16 @@ int Tracker::MatchAnchors(const std::vector<Anchor>& anchors, const SE3& predict
     const auto y = static_cast<float>(pixel.y());
     if (!builder_.bounds().Contains(x, y)) continue;
     const double shift = search_.model.focal_times_baseline / point.z();
-    const WindowQuery query{x,
-                            y,
-                            radius * builder_.scale_info().scales[seen.octave],
-                            seen.octave - 1,
-                            seen.octave + 1,
-                            shift > 0 ? static_cast<float>(pixel.x() - shift) : -1.0F,
-                            &last.descriptors[anchors[i].keypoint]};
-    const WindowMatch match = FindInWindow(image, query, [](int) { return true; });
+    const WindowQuery query{
+        x,
+        y,
+        radius * builder_.scale_info().scales[seen.octave],
+        seen.octave - 1,
+        seen.octave + 1,
+        shift > 0 ? static_cast<float>(pixel.x() - shift) : -1.0F,
+        &last.descriptors[anchors[i].keypoint],
+        anchors[i].view_index >= 0 ? view_->classes[anchors[i].view_index] : seen.semantic_class};
+    const WindowMatch match = FindInWindow(search_.association, image, query, [](int) { return true; });
     if (match.keypoint >= 0 && match.distance <= kLooseDistance) {
       pairs.push_back({static_cast<int>(i), match.keypoint, match.distance});
     }
@@ -138,7 +140,8 @@ bool Tracker::TrackFromLastFrame(TrackedFrame* frame) {
 // --- from a keyframe, by descriptors alone
 
 bool Tracker::TrackFromKeyFrame(const ViewKeyFrame& keyframe, TrackedFrame* frame) {
-  const std::vector<KeypointPair> pairs = MatchExhaustively(keyframe, *frame->features);
+  const std::vector<KeypointPair> pairs =
+      MatchExhaustively(camera_.association, *view_, keyframe, *frame->features);
   if (pairs.size() < kMinInliers) return false;
   std::fill(matches_.begin(), matches_.end(), -1);
   std::fill(depth_matches_.begin(), depth_matches_.end(), std::nullopt);
@@ -157,7 +160,8 @@ std::optional<ViewFix> Tracker::FindNearby(const TrackedFrame& frame) const {
   for (const ViewKeyFrame& keyframe : view_->keyframes) {
     ViewLocalization located =
         LocateInView(options, camera_, builder_.scale_info(), *view_, keyframe,
-                     MatchExhaustively(keyframe, *frame.features), {*frame.features, *frame.grid});
+                     MatchExhaustively(camera_.association, *view_, keyframe, *frame.features),
+                     {*frame.features, *frame.grid});
     if (!located.fix) continue;
     if (!best || located.fix->agreement.Trust() > best->agreement.Trust()) best = std::move(located.fix);
     if (!IsDoubtful(best->agreement)) break;

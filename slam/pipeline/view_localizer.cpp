@@ -50,6 +50,7 @@ class Localizer {
     search.scale_info = &scale_info_;
     search.radius = radius;
     search.near_depth = camera_.near_depth;
+    search.association = camera_.association;
     SightingCounters counters;
     counters.visible.assign(view_.size(), 0);
     fix_.agreement = MatchLocalMap(view_, fix_.camera_from_map, image_, search, &counters, &fix_.matches);

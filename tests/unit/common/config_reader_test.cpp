@@ -32,6 +32,7 @@ struct OuterConfig {
   std::string name = "default";
   std::string mode = "fast";
   std::vector<double> list = {1, 2};
+  std::vector<std::string> names = {"a"};
   InnerConfig inner;
 
   void Read(ConfigReader& reader) {
@@ -42,6 +43,7 @@ struct OuterConfig {
     reader.Text("name", &name);
     reader.Choice("mode", &mode, {"fast", "exact"});
     reader.NumberList("list", &list, 3);
+    reader.TextList("names", &names, 2);
     reader.Section("inner", &inner);
   }
 };
@@ -70,6 +72,7 @@ TEST(ConfigReader, ReadsEveryKind) {
       "name: 'a name'\n"
       "mode: exact\n"
       "list: [3, 4.5]\n"
+      "names: [b, 7]\n"
       "inner:\n"
       "  levels: 4\n"
       "  scale: 1.5\n",
@@ -82,6 +85,7 @@ TEST(ConfigReader, ReadsEveryKind) {
   EXPECT_EQ(config.name, "a name");
   EXPECT_EQ(config.mode, "exact");
   EXPECT_THAT(config.list, ElementsAre(3, 4.5));
+  EXPECT_THAT(config.names, ElementsAre("b", "7"));
   EXPECT_EQ(config.inner.levels, 4);
   EXPECT_EQ(config.inner.scale, 1.5);
 }
@@ -133,6 +137,9 @@ TEST(ConfigReader, WrongTypes) {
   EXPECT_THAT(MessageOf("enabled: 3"), HasSubstr("enabled"));
   EXPECT_THAT(MessageOf("name: [a, b]"), HasSubstr("name"));
   EXPECT_THAT(MessageOf("list: 4"), HasSubstr("list"));
+  EXPECT_THAT(MessageOf("names: b"), HasSubstr("names"));
+  EXPECT_THAT(MessageOf("names: [[b]]"), HasSubstr("names"));
+  EXPECT_THAT(MessageOf("names: [a, b, c]"), HasSubstr("at most 2"));
   EXPECT_THAT(MessageOf("list: [1, [2]]"), HasSubstr("list"));
   EXPECT_THAT(MessageOf("inner: 4"), HasSubstr("inner is not a mapping"));
 }

@@ -13,11 +13,12 @@ Descriptor WithBits(int count) {
 
 class AssociationTest : public ::testing::Test {
  protected:
-  void Add(float x, float y, int octave, int bits) {
+  void Add(float x, float y, int octave, int bits, uint8_t semantic_class = kUnknownClass) {
     Keypoint keypoint;
     keypoint.x = x;
     keypoint.y = y;
     keypoint.octave = static_cast<uint8_t>(octave);
+    keypoint.semantic_class = semantic_class;
     features_.keypoints.push_back(keypoint);
     features_.descriptors.push_back(WithBits(bits));
   }
@@ -25,10 +26,12 @@ class AssociationTest : public ::testing::Test {
   WindowMatch Find(float x, float y, float radius, int min_octave, int max_octave) {
     grid_.Assign(ImageBounds{0, 0, 640, 480}, features_.keypoints);
     const Descriptor wanted;
-    const WindowQuery query{x, y, radius, min_octave, max_octave, -1, &wanted};
-    return FindInWindow({features_, grid_}, query, [](int) { return true; });
+    const WindowQuery query{x, y, radius, min_octave, max_octave, -1, &wanted, wanted_class_};
+    return FindInWindow(rule_, {features_, grid_}, query, [](int) { return true; });
   }
 
+  AssociationRule rule_;
+  uint8_t wanted_class_ = kUnknownClass;
   FrameFeatures features_;
   FeatureGrid grid_;
 };
@@ -50,6 +53,49 @@ TEST_F(AssociationTest, OctavesAndEmptyWindowsAreRespected) {
   EXPECT_EQ(Find(100, 100, 10, 0, 2).keypoint, -1);
   EXPECT_EQ(Find(100, 100, 10, 2, 4).keypoint, 0);
   EXPECT_EQ(Find(300, 300, 10, 0, 7).keypoint, -1);
+}
+
+TEST_F(AssociationTest, AnotherClassLosesAgainstTheOwn) {
+  wanted_class_ = 1;
+  Add(100, 100, 0, 20, 10);
+  Add(103, 101, 0, 28, 1);
+  EXPECT_EQ(Find(100, 100, 10, 0, 7).keypoint, 0) << "without a rule classes do not matter";
+  rule_ = AssociationRule(SemanticsConfig());
+  const WindowMatch match = Find(100, 100, 10, 0, 7);
+  EXPECT_EQ(match.keypoint, 1);
+  EXPECT_EQ(match.second_distance, 30);
+}
+
+TEST(AssociationRuleTest, DifferentKnownClassesAreHalfAsFarAgain) {
+  const AssociationRule rule((SemanticsConfig()));
+  const Descriptor zero;
+  EXPECT_EQ(rule.Distance(zero, 1, WithBits(40), 1), 40);
+  EXPECT_EQ(rule.Distance(zero, 1, WithBits(40), 10), 60);
+  EXPECT_EQ(rule.Distance(zero, 1, WithBits(40), kUnknownClass), 40);
+  EXPECT_EQ(rule.Distance(zero, kUnknownClass, WithBits(40), 10), 40);
+  EXPECT_TRUE(rule.Matters(1));
+  EXPECT_FALSE(rule.Matters(kUnknownClass));
+}
+
+TEST(AssociationRuleTest, StrictNeverMatchesAcrossClasses) {
+  SemanticsConfig config;
+  config.strict = true;
+  config.penalty = 0;
+  const AssociationRule rule(config);
+  const Descriptor zero;
+  EXPECT_EQ(rule.Distance(zero, 1, zero, 10), kNoDistance);
+  EXPECT_EQ(rule.Distance(zero, 1, zero, 1), 0);
+  EXPECT_TRUE(rule.Matters(1));
+}
+
+TEST(AssociationRuleTest, SwitchedOffClassesDoNotMatter) {
+  SemanticsConfig config;
+  config.strict = true;
+  config.enabled = false;
+  for (const AssociationRule& rule : {AssociationRule(config), AssociationRule()}) {
+    EXPECT_EQ(rule.Distance(Descriptor(), 1, WithBits(40), 10), 40);
+    EXPECT_FALSE(rule.Matters(1));
+  }
 }
 
 TEST_F(AssociationTest, RunnerUpOfAnotherScaleDoesNotCompete) {
