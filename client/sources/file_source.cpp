@@ -53,6 +53,9 @@ absl::StatusOr<SourceFrame> ReadFrame(const FrameFiles& files, uint64_t sequence
   if (!files.depth.empty()) {
     SEMMAP_ASSIGN_OR_RETURN(frame.depth, ReadSourceImage(files.depth, true));
   }
+  if (!files.class_mask.empty()) {
+    SEMMAP_ASSIGN_OR_RETURN(frame.class_mask, ReadSourceImage(files.class_mask, false));
+  }
   return frame;
 }
 

@@ -8,12 +8,13 @@
 
 namespace semmap::client {
 
-// The files of one frame; `right` and `depth` are empty where the sensor has none.
+// The files of one frame; `right`, `depth` and `class_mask` are empty where there are none.
 struct FrameFiles {
   TimestampNs timestamp = 0;
   std::string image;
   std::string right;
   std::string depth;
+  std::string class_mask = {};
 };
 
 // What the readers of data set folders find out; playing it is the same for all of them.

@@ -34,7 +34,8 @@ absl::StatusOr<Paths> ListPartners(const std::string& folder, size_t count, cons
   return paths;
 }
 
-absl::StatusOr<std::vector<FrameFiles>> ListFrames(const std::string& folder, SensorType sensor) {
+absl::StatusOr<std::vector<FrameFiles>> ListFrames(const std::string& folder, const SourceOptions& options) {
+  const SensorType sensor = options.sensor;
   SEMMAP_ASSIGN_OR_RETURN(const Paths images,
                           ListImages(FirstSubfolder(folder, {"left", "image_0", "rgb"}, folder)));
   std::vector<FrameFiles> frames(images.size());
@@ -48,6 +49,11 @@ absl::StatusOr<std::vector<FrameFiles>> ListFrames(const std::string& folder, Se
     const std::string depth = FirstSubfolder(folder, {"depth"}, "");
     SEMMAP_ASSIGN_OR_RETURN(const Paths paths, ListPartners(depth, images.size(), "depth"));
     for (size_t i = 0; i < images.size(); ++i) frames[i].depth = paths[i];
+  }
+  if (options.class_masks) {
+    const std::string classes = FirstSubfolder(folder, {"class"}, "");
+    SEMMAP_ASSIGN_OR_RETURN(const Paths paths, ListPartners(classes, images.size(), "class"));
+    for (size_t i = 0; i < images.size(); ++i) frames[i].class_mask = paths[i];
   }
   return frames;
 }
@@ -95,7 +101,7 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFolderSource(const std::string&
   }
   FileRecording recording;
   SEMMAP_ASSIGN_OR_RETURN(recording.rig, ReadCameraFile(camera_file, options.sensor));
-  SEMMAP_ASSIGN_OR_RETURN(recording.frames, ListFrames(folder, options.sensor));
+  SEMMAP_ASSIGN_OR_RETURN(recording.frames, ListFrames(folder, options));
   SEMMAP_RETURN_IF_ERROR(SetTimes(folder, recording.rig.frames_per_second, &recording.frames));
   SEMMAP_ASSIGN_OR_RETURN(recording.ground_truth, ReadGroundTruth(folder, recording.frames));
   return MakeFileSource(std::move(recording));

@@ -86,8 +86,15 @@ absl::StatusOr<Calibration> Calibrate(const std::string& folder, const CameraPai
   return calibration;
 }
 
-absl::StatusOr<std::vector<FrameFiles>> ListFrames(const CameraPair& cameras, SensorType sensor,
-                                                   const std::vector<TimestampNs>& times) {
+// The file beside the left image's that has its name and lies in another folder.
+absl::StatusOr<std::string> Partner(const std::string& folder, const std::string& image) {
+  std::string path = JoinPath(folder, std::filesystem::path(image).filename().string());
+  if (!FileExists(path)) return absl::NotFoundError(absl::StrCat(path, ": no such image"));
+  return path;
+}
+
+absl::StatusOr<std::vector<FrameFiles>> ListFrames(const CameraPair& cameras, const std::string& class_folder,
+                                                   SensorType sensor, const std::vector<TimestampNs>& times) {
   SEMMAP_ASSIGN_OR_RETURN(const std::vector<std::string> images, ListImages(cameras.left_folder));
   if (times.size() < images.size()) {
     return absl::InvalidArgumentError(absl::StrCat("times.txt has ", times.size(), " lines for ",
@@ -97,8 +104,10 @@ absl::StatusOr<std::vector<FrameFiles>> ListFrames(const CameraPair& cameras, Se
   for (size_t i = 0; i < images.size(); ++i) {
     FrameFiles files{times[i], images[i], "", ""};
     if (sensor == SensorType::kStereo) {
-      files.right = JoinPath(cameras.right_folder, std::filesystem::path(images[i]).filename().string());
-      if (!FileExists(files.right)) return absl::NotFoundError(absl::StrCat(files.right, ": no such image"));
+      SEMMAP_ASSIGN_OR_RETURN(files.right, Partner(cameras.right_folder, images[i]));
+    }
+    if (!class_folder.empty()) {
+      SEMMAP_ASSIGN_OR_RETURN(files.class_mask, Partner(class_folder, images[i]));
     }
     frames.push_back(std::move(files));
   }
@@ -124,8 +133,9 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenKittiSource(const std::string& 
     return absl::InvalidArgumentError("a KITTI folder has no depth images");
   const CameraPair cameras = ChooseCameras(folder);
   SEMMAP_ASSIGN_OR_RETURN(const std::vector<TimestampNs> times, ReadTimes(JoinPath(folder, "times.txt")));
+  const std::string class_folder = options.class_masks ? JoinPath(folder, "class") : "";
   FileRecording recording;
-  SEMMAP_ASSIGN_OR_RETURN(recording.frames, ListFrames(cameras, options.sensor, times));
+  SEMMAP_ASSIGN_OR_RETURN(recording.frames, ListFrames(cameras, class_folder, options.sensor, times));
   Calibration calibration;
   if (options.camera_file.empty()) {
     SEMMAP_ASSIGN_OR_RETURN(calibration, Calibrate(folder, cameras, options.sensor));

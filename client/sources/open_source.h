@@ -12,6 +12,9 @@ struct SourceOptions {
   // A calibration that overrides the recording's own; needed for videos, and for image folders without
   // camera.yaml.
   std::string camera_file;
+  // Frames bring the class masks of the recording: images of class ids in its subfolder `class`, named like
+  // the left ones (KITTI layout) or in their order (image folder).
+  bool class_masks = false;
 };
 
 // Opens "kitti:DIR", "tum:DIR", "euroc:DIR", "folder:DIR" or "video:FILE". INVALID_ARGUMENT for another kind

@@ -89,6 +89,17 @@ absl::StatusOr<cv::Mat> DecodeDepth(const SourceImage& image) {
   return pixels;
 }
 
+absl::StatusOr<cv::Mat> DecodeClasses(const SourceImage& image) {
+  cv::Mat pixels = image.pixels;
+  if (image.encoding == ImageEncoding::kPng) {
+    SEMMAP_ASSIGN_OR_RETURN(pixels, Decode(image.encoded, cv::IMREAD_UNCHANGED, NameOf(image)));
+  }
+  if (pixels.type() != CV_8UC1 || pixels.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(NameOf(image), ": is not an 8-bit grey PNG of class ids"));
+  }
+  return pixels;
+}
+
 absl::StatusOr<cv::Size> ImageSizeOf(const std::string& path) {
   SEMMAP_ASSIGN_OR_RETURN(const SourceImage image, ReadSourceImage(path, false));
   SEMMAP_ASSIGN_OR_RETURN(const cv::Mat pixels, DecodeGray(image));

@@ -33,6 +33,10 @@ absl::StatusOr<cv::Mat> DecodeGray(const SourceImage& image);
 // Pixels as CV_16UC1. INVALID_ARGUMENT when the image is of another kind.
 absl::StatusOr<cv::Mat> DecodeDepth(const SourceImage& image);
 
+// Class ids as CV_8UC1. INVALID_ARGUMENT also for JPEG, which would mix the ids of neighbours, and for
+// colour.
+absl::StatusOr<cv::Mat> DecodeClasses(const SourceImage& image);
+
 // Width and height of an image file.
 absl::StatusOr<cv::Size> ImageSizeOf(const std::string& path);
 

@@ -9,6 +9,7 @@
 #include "CLI/CLI.hpp"
 #include "slam/common/status_macros.h"
 #include "slam/evaluation/trajectory_io.h"
+#include "tests/bench/slam_bench_config.h"
 #include "tests/bench/slam_bench_report.h"
 
 namespace semmap::bench {
@@ -17,6 +18,7 @@ namespace {
 struct Arguments {
   BenchOptions bench;
   std::string config_file;
+  std::vector<std::string> settings;
   std::string trajectory_file;
   std::string format = "tum";
   bool deterministic = false;
@@ -33,6 +35,10 @@ void AddOptions(CLI::App* app, Arguments* arguments) {
       ->transform(CLI::CheckedTransformer(sensors));
   app->add_option("--camera", arguments->bench.source_options.camera_file, "Camera file (YAML)");
   app->add_option("--config", arguments->config_file, "File whose `slam` section is used");
+  app->add_option("--set", arguments->settings,
+                  "Change one setting: slam.semantics.penalty=0; may be repeated");
+  app->add_flag("--masks", arguments->bench.source_options.class_masks,
+                "Use the class masks of the recording (subfolder `class`)");
   app->add_option("--runs", arguments->runs, "How many times; figures are medians")
       ->check(CLI::Range(1, 1000));
   app->add_option("--frames", arguments->bench.max_frames, "Stop after so many frames; 0: all")
@@ -49,9 +55,7 @@ void AddOptions(CLI::App* app, Arguments* arguments) {
 }
 
 absl::Status RunAll(Arguments& arguments) {
-  if (!arguments.config_file.empty()) {
-    SEMMAP_ASSIGN_OR_RETURN(arguments.bench.config, SlamConfig::FromFile(arguments.config_file));
-  }
+  SEMMAP_ASSIGN_OR_RETURN(arguments.bench.config, ReadSlamConfig(arguments.config_file, arguments.settings));
   if (arguments.deterministic) arguments.bench.config.deterministic = true;
   std::vector<RunResult> runs;
   for (int i = 0; i < arguments.runs; ++i) {

@@ -115,6 +115,9 @@ absl::StatusOr<FrameInput> DecodeFrame(const client::SourceFrame& frame) {
   if (!frame.depth.empty()) {
     SEMMAP_ASSIGN_OR_RETURN(input.depth, client::DecodeDepth(frame.depth));
   }
+  if (!frame.class_mask.empty()) {
+    SEMMAP_ASSIGN_OR_RETURN(input.class_mask, client::DecodeClasses(frame.class_mask));
+  }
   return input;
 }
 

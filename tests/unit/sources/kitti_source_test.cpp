@@ -51,6 +51,24 @@ TEST_F(KittiSource, PlaysStereoPairsInOrder) {
   EXPECT_FALSE((*source)->Next()->has_value());
 }
 
+TEST_F(KittiSource, BringsClassMasksWhenAskedTo) {
+  MakeRecording("image_0", "image_1");
+  for (int i = 0; i < 3; ++i) WriteGray("class/00000" + std::to_string(i) + ".png", 7 + i);
+  EXPECT_TRUE((*(*Open(SensorType::kMono))->Next())->class_mask.empty());
+  SourceOptions options = ForSensor(SensorType::kMono);
+  options.class_masks = true;
+  const auto source = OpenSource("kitti:" + root_.string(), options);
+  ASSERT_TRUE(source.ok()) << source.status();
+  (*source)->Next().IgnoreError();
+  const auto frame = (*source)->Next();
+  ASSERT_TRUE(frame.ok() && frame->has_value());
+  const auto classes = DecodeClasses((*frame)->class_mask);
+  ASSERT_TRUE(classes.ok()) << classes.status();
+  EXPECT_EQ(classes->at<uint8_t>(3, 5), 8);
+  std::filesystem::remove(root_ / "class" / "000002.png");
+  EXPECT_EQ(OpenSource("kitti:" + root_.string(), options).status().code(), absl::StatusCode::kNotFound);
+}
+
 TEST_F(KittiSource, MonoHasNoRightImage) {
   MakeRecording("image_0", "image_1");
   const auto frame = (*Open(SensorType::kMono))->Next();
