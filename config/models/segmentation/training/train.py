@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Trains a segmentation model: see README.md beside this file."""
+"""Trains a segmentation model: see README.md beside this file. SIGTERM stops it with a checkpoint to resume from."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import argparse
 import copy
 import json
 import math
+import signal
 import time
 from pathlib import Path
 
@@ -216,7 +217,12 @@ def run(trainer: Trainer, held_out: list[Pixels], output: Path, options: argpars
         log.write("evaluation  " + "  ".join(f"{name} mIoU {value:.4f}" for name, value in scores.items()),
                   event="evaluation", step=trainer.step, elapsed=trainer.elapsed, mean_iou=scores)
 
+    stopped = []
+    signal.signal(signal.SIGTERM, lambda *_: stopped.append(True))
     while trainer.schedule.done(trainer.step, trainer.elapsed) < 1:
+        if stopped:
+            trainer.save(checkpoint)
+            return
         losses.append(trainer.train_step())
         trainer.elapsed = before + time.monotonic() - began
         if trainer.step % options.report_every == 0:
