@@ -26,6 +26,7 @@ class Augmentation:
     perspective: float = 0.5
     perspective_shift: float = 0.1  # of the crop's sides
     colour: float = 0.0
+    grey: float = 0.0  # vehicles may have cameras without colour
     rare: float = 0.0  # probability that the crop is laid over a pixel of a class drawn at random from the image's
 
 
@@ -86,6 +87,8 @@ def augment(image: np.ndarray, label: np.ndarray, options: Augmentation,
     out = out.astype(np.float32)
     if random.random() < options.colour:
         out = recolour(out, random).astype(np.float32)
+    if options.grey and random.random() < options.grey:
+        out = np.repeat(cv2.cvtColor(out, cv2.COLOR_RGB2GRAY)[..., None], 3, 2)
     if random.random() < options.noise:
         sigma = random.uniform(0, options.noise_sigma)
         out = out + random.standard_normal(out.shape, dtype=np.float32) * np.float32(sigma)

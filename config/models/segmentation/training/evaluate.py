@@ -34,7 +34,8 @@ def held_out(name: str, town: Path | None, data: Path | None) -> Split:
 
 
 class Predictor:
-    def __init__(self, description: Path):
+    def __init__(self, description: Path, grey: bool = False):
+        self.grey = grey
         self.description = modelfile.read(description)
         self.model = torch.jit.load(str(self.description.file))
         self.mean = np.array(self.description.mean, np.float32)
@@ -44,6 +45,8 @@ class Predictor:
     def classes(self, image: np.ndarray) -> np.ndarray:
         """Class of each pixel of an RGB image."""
         height, width = image.shape[:2]
+        if self.grey:
+            image = cv2.cvtColor(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), cv2.COLOR_GRAY2RGB)
         size = self.description.network_size(width, height)
         shrinks = size[0] < width
         small = cv2.resize(image, size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR)
@@ -73,18 +76,19 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="also write the figures there")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--every", type=int, default=1, help="only every N-th image")
+    parser.add_argument("--grey", action="store_true", help="as a camera without colour would see it")
     options = parser.parse_args()
     torch.set_num_threads(options.threads)
     try:
         split = held_out(options.dataset, options.town, options.segmentation_data)
     except (ValueError, OSError) as error:
         parser.error(str(error))
-    confusion = evaluate(Predictor(options.model), split, options.every)
-    print(f"{split.name}, {len(split.pairs[::options.every])} images")
+    confusion = evaluate(Predictor(options.model, options.grey), split, options.every)
+    print(f"{split.name}, {len(split.pairs[::options.every])} images{', grey' if options.grey else ''}")
     print(confusion.table())
     if options.json:
         images = len(split.pairs[::options.every])
-        options.json.write_text(json.dumps({"dataset": split.name, "images": images, **confusion.summary()}, indent=1))
+        options.json.write_text(json.dumps({"dataset": split.name, "images": images, "grey": options.grey, **confusion.summary()}, indent=1))
 
 
 if __name__ == "__main__":

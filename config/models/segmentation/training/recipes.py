@@ -43,7 +43,7 @@ RECIPES: dict[str, Recipe] = {
         architecture="espnetv2",
         augmentation=Augmentation(
             384, 288, base_width=512, scale=(0.75, 1.5), rotation=3.0, flip=0.5, noise=0.15, noise_sigma=8.0,
-            perspective=0.2, perspective_shift=0.05, colour=0.6, rare=0.6,
+            perspective=0.2, perspective_shift=0.05, colour=0.6, grey=0.25, rare=0.6,
         ),
         shares={"town": 0.68, "carla": 0.13, "camvid11": 0.14, "camvid32": 0.05},
         cache_size=(640, 480),

@@ -102,6 +102,12 @@ class Augmenting(unittest.TestCase):
         self.assertTrue((label == self.label).all())
         self.assertLess(np.abs(image - self.image).max(), 1.0)
 
+    def test_grey(self) -> None:
+        options = Augmentation(80, 60, noise=0, grey=1.0)
+        self.image[..., 0] //= 2
+        image, _ = augment(self.image, self.label, options, np.random.default_rng(1))
+        self.assertTrue((image[..., 0] == image[..., 2]).all())
+
     def test_flip(self) -> None:
         options = Augmentation(80, 60, flip=1, noise=0, perspective=0)
         _, label = augment(self.image, self.label, options, np.random.default_rng(1))
