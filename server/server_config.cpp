@@ -23,6 +23,8 @@ void ServerConfig::Read(ConfigReader& reader) {
   reader.Number("drain_timeout_s", &drain_timeout_s, 0.1, 3600);
   reader.Number("keepalive_s", &keepalive_s, 1, 7200);
   reader.Number("query_chunk", &query_chunk, 1, 20'000);
+  reader.Number("map_memory_mb", &map_memory_mb, 1, 1'000'000);
+  reader.Number("map_reload_s", &map_reload_s, 0, 3600);
   reader.Flag("reflection", &reflection);
   reader.Choice("log_level", &log_level, {"trace", "debug", "info", "warn", "error"});
 }

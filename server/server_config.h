@@ -31,6 +31,10 @@ struct ServerConfig {
   double drain_timeout_s = 30;  // for sessions to end when the server stops
   double keepalive_s = 60;      // between pings to silent clients
   int query_chunk = 2000;       // points or poses in one message
+  // Stored maps that are looked for places in, all together; more: RESOURCE_EXHAUSTED. And the shortest time
+  // between two loadings of a map that changes.
+  int map_memory_mb = 512;
+  double map_reload_s = 1;
   bool reflection = true;
   std::string log_level = "info";  // trace, debug, info, warn, error
 

@@ -38,6 +38,8 @@ void RelocalizationConfig::Read(ConfigReader& reader) {
   reader.Number("min_inliers", &min_inliers, 10, 10000);
   reader.Number("min_inlier_share", &min_inlier_share, 0.0, 1.0);
   reader.Number("min_near_share", &min_near_share, 0.0, 1.0);
+  reader.Number("max_uncertainty", &max_uncertainty, 0.0, 1000.0);
+  reader.Number("max_rival_share", &max_rival_share, 0.0, 1.0);
 }
 
 void LoopConfig::Read(ConfigReader& reader) {

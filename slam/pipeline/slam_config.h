@@ -62,6 +62,11 @@ struct RelocalizationConfig {
   double min_inlier_share = 0.1;
   // And of those that are near, where depth is measured.
   double min_near_share = 0.1;
+  // Where a vehicle is looked for that was not there a moment ago (Relocalize, sessions in stored maps): how
+  // uncertain its position may be, one standard deviation as a share of the depth of what it sees; and how
+  // many of the best place's inliers another place may have.
+  double max_uncertainty = 0.02;
+  double max_rival_share = 0.6;
 
   void Read(ConfigReader& reader);
 };

@@ -12,6 +12,11 @@ namespace {
 constexpr float kRoughRadius = 10;
 constexpr float kGoodRadius = 4;
 
+bool IsEnough(const ViewLocalizerOptions& options, const Agreement& agreement) {
+  return agreement.inliers >= options.min_inliers && agreement.Share() >= options.min_inlier_share &&
+         agreement.NearShare() >= options.min_near_share;
+}
+
 // One image on its way through the stages.
 class Localizer {
  public:
@@ -57,7 +62,18 @@ class Localizer {
     Refine();
   }
 
-  const ViewFix& fix() const { return fix_; }
+  void StartAt(const SE3& camera_from_map) { fix_.camera_from_map = camera_from_map; }
+
+  ViewLocalization Judge(const ViewLocalizerOptions& options) const {
+    ViewLocalization result;
+    result.agreement = fix_.agreement;
+    if (IsEnough(options, fix_.agreement)) {
+      result.fix = fix_;
+    } else {
+      result.failure = LocalizationFailure::kTooFewInliers;
+    }
+    return result;
+  }
 
  private:
   void Refine() {
@@ -89,11 +105,6 @@ class Localizer {
   ViewFix fix_;
 };
 
-bool IsEnough(const ViewLocalizerOptions& options, const Agreement& agreement) {
-  return agreement.inliers >= options.min_inliers && agreement.Share() >= options.min_inlier_share &&
-         agreement.NearShare() >= options.min_near_share;
-}
-
 }  // namespace
 
 ViewLocalization LocateInView(const ViewLocalizerOptions& options, const MappingCamera& camera,
@@ -113,13 +124,19 @@ ViewLocalization LocateInView(const ViewLocalizerOptions& options, const Mapping
   }
   localizer.SearchAround(kRoughRadius);
   localizer.SearchAround(kGoodRadius);
-  result.agreement = localizer.fix().agreement;
-  if (!IsEnough(options, result.agreement)) {
-    result.failure = LocalizationFailure::kTooFewInliers;
-    return result;
-  }
-  result.fix = localizer.fix();
-  return result;
+  ViewLocalization judged = localizer.Judge(options);
+  judged.matches = result.matches;
+  return judged;
+}
+
+ViewLocalization LocateNear(const ViewLocalizerOptions& options, const MappingCamera& camera,
+                            const ScalePyramidInfo& scale_info, const LocalMapView& view,
+                            const SE3& camera_from_map, const SearchImage& image) {
+  Localizer localizer(camera, scale_info, view, image);
+  localizer.StartAt(camera_from_map);
+  localizer.SearchAround(kGoodRadius);
+  localizer.SearchAround(kGoodRadius);
+  return localizer.Judge(options);
 }
 
 }  // namespace semmap

@@ -8,18 +8,10 @@
 #include "slam/pipeline/agreement.h"
 #include "slam/pipeline/association.h"
 #include "slam/pipeline/local_map_matcher.h"
+#include "slam/pipeline/localization_failure.h"
 #include "slam/pipeline/mapping_camera.h"
 
 namespace semmap {
-
-// Why an image was not found in a map, from the earliest obstacle to the last.
-enum class LocalizationFailure {
-  kNone,            // it was found
-  kNoCandidates,    // no keyframe looks like it
-  kTooFewMatches,   // descriptors do not agree with any candidate's points
-  kDegeneratePose,  // no pose explains enough of the matches
-  kTooFewInliers,   // a pose exists, but too little of the map agrees with it
-};
 
 // Where a camera is among the points of a view, and which of them its keypoints see.
 struct ViewFix {
@@ -56,5 +48,10 @@ ViewLocalization LocateInView(const ViewLocalizerOptions& options, const Mapping
                               const ScalePyramidInfo& scale_info, const LocalMapView& view,
                               const ViewKeyFrame& keyframe, const std::vector<KeypointPair>& pairs,
                               const SearchImage& image);
+
+// The same for an image whose pose is known but for a few pixels: guided search and refinement alone.
+ViewLocalization LocateNear(const ViewLocalizerOptions& options, const MappingCamera& camera,
+                            const ScalePyramidInfo& scale_info, const LocalMapView& view,
+                            const SE3& camera_from_map, const SearchImage& image);
 
 }  // namespace semmap
