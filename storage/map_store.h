@@ -70,7 +70,7 @@ struct MapInfo {
   std::optional<GeoAnchor> anchor;
   uint64_t keyframe_count = 0;
   uint64_t point_count = 0;
-  // Grows by one with each delta that is applied, whoever sent it.
+  // Grows by one with each delta that is applied, whoever sent it, unless there is nothing in it but frames.
   uint64_t version = 0;
   // The greatest ids that the map ever held, 0 for none: new ones must be greater.
   KeyFrameId last_keyframe_id;

@@ -7,6 +7,7 @@
 
 #include "slam/common/time.h"
 #include "slam/geometry/se3.h"
+#include "slam/pipeline/localization_failure.h"
 
 namespace semmap {
 
@@ -47,6 +48,8 @@ struct FrameResult {
   // Of the camera pose, tangent (translation, rotation) in the camera frame; metres^2, radians^2.
   Matrix6d covariance = Matrix6d::Zero();
   int inliers = 0;
+  // kLost in a map that was stored before: why the frame was not found there, as far as that is known yet.
+  LocalizationFailure failure = LocalizationFailure::kNone;
   bool is_keyframe = false;
   uint64_t map_version = 0;
   StageTimes times;

@@ -144,4 +144,11 @@ void FrameBuilder::AddDepth(const FrameInput& input, FrameFeatures* features) {
   }
 }
 
+MappingCamera MakeMappingCamera(const SlamConfig& config, const FrameBuilder& builder) {
+  const CameraRig& rig = builder.rig();
+  const double near =
+      rig.sensor == SensorType::kMono ? 0 : config.tracking.close_depth_in_baselines * rig.baseline_m;
+  return {rig, builder.bounds(), builder.model(), near, AssociationRule(config.semantics)};
+}
+
 }  // namespace semmap

@@ -11,6 +11,7 @@
 #include "slam/geometry/camera.h"
 #include "slam/optimize/observation.h"
 #include "slam/pipeline/frame.h"
+#include "slam/pipeline/mapping_camera.h"
 #include "slam/pipeline/slam_config.h"
 
 namespace semmap {
@@ -57,5 +58,8 @@ class FrameBuilder {
   FrameFeatures right_features_;
   std::vector<cv::Point2f> raw_pixels_;
 };
+
+// What mapping and relocalization need to know of the frames' camera.
+MappingCamera MakeMappingCamera(const SlamConfig& config, const FrameBuilder& builder);
 
 }  // namespace semmap

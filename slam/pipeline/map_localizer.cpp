@@ -1,7 +1,6 @@
 #include "slam/pipeline/map_localizer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -207,13 +206,14 @@ MapLocalization MapLocalizer::Locate(const Map& map, const PlaceMemory& places, 
     const KeyFrame& keyframe = *map.FindKeyFrame(candidate.keyframe);
     if (search.IsCovered(keyframe)) continue;
     search.Try(keyframe,
-               MatchWithinNodes(keyframe, *places.NodesOf(keyframe.id), image.features, description.nodes));
+               MatchWithinNodes(camera.association, map, keyframe, *places.NodesOf(keyframe.id),
+                                image.features, description.nodes));
   }
   // Seen from elsewhere, corners change their words before they change their neighbours.
   const size_t exhaustive = std::min(candidates.size(), static_cast<size_t>(config_.exhaustive_candidates));
   for (size_t i = 0; i < exhaustive && search.empty(); ++i) {
     const KeyFrame& keyframe = *map.FindKeyFrame(candidates[i].keyframe);
-    search.Try(keyframe, MatchExhaustively(keyframe, image.features));
+    search.Try(keyframe, MatchExhaustively(camera.association, map, keyframe, image.features));
   }
   result.matches = search.matches();
   result.failure = search.failure();
@@ -254,20 +254,15 @@ std::vector<KeyFrameId> KeyFramesSeeing(const Map& map, const MapFix& fix, size_
 }
 
 std::optional<double> ClassAgreement(const Map& map, const MapFix& fix, const FrameFeatures& image) {
-  constexpr uint8_t kUnknown = 255;
   int pairs = 0;
   int agreeing = 0;
   for (size_t i = 0; i < fix.fix.matches.size(); ++i) {
-    const uint8_t wanted = image.keypoints[i].semantic_class;
-    if (fix.fix.matches[i] < 0 || wanted == kUnknown) continue;
-    std::array<int, 256> votes{};
-    for (const Observation& seen : map.FindPoint(fix.view->ids[fix.fix.matches[i]])->observations) {
-      ++votes[map.FindKeyFrame(seen.keyframe)->features->keypoints[seen.keypoint].semantic_class];
-    }
-    const auto most = std::max_element(votes.begin(), votes.begin() + kUnknown);
-    if (*most == 0) continue;
+    const uint8_t seen = image.keypoints[i].semantic_class;
+    if (fix.fix.matches[i] < 0 || seen == kUnknownClass) continue;
+    const uint8_t known = map.FindPoint(fix.view->ids[fix.fix.matches[i]])->semantic_class;
+    if (known == kUnknownClass) continue;
     ++pairs;
-    if (most - votes.begin() == wanted) ++agreeing;
+    if (known == seen) ++agreeing;
   }
   if (pairs == 0) return std::nullopt;
   return static_cast<double>(agreeing) / pairs;

@@ -51,9 +51,17 @@ MapperQueue::~MapperQueue() {
   mutex_.Await(stopped);
 }
 
+void MapperQueue::Adopt(Map map) {
+  map_is_stored_ = true;
+  mapper_.Adopt(std::move(map));
+  MutexLock lock(&mutex_);
+  counts_.keyframes = static_cast<int>(mapper_.map().keyframes().size());
+  counts_.points = static_cast<int>(mapper_.map().points().size());
+}
+
 MapperState MapperQueue::State() const {
   MutexLock lock(&mutex_);
-  return {view_, Backlog() == 0, steps_.size() < capacity_, recovering_, recovery_};
+  return {view_, map_is_stored_, Backlog() == 0, steps_.size() < capacity_, recovering_, recovery_};
 }
 
 void MapperQueue::Push(TrackOutput* output) {

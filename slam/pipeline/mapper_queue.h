@@ -29,6 +29,10 @@ class MapperQueue {
   // Waits for the work under way; what is queued is dropped.
   ~MapperQueue();
 
+  // Before anything else: goes on in a stored map. The tracker sees nothing of it until a lost frame was
+  // found there.
+  void Adopt(Map map);
+
   MapperState State() const;
   // Takes over what the tracker wants done for a frame.
   void Push(TrackOutput* output);
@@ -84,6 +88,7 @@ class MapperQueue {
   MapDeltaSink* const sink_;
   Executor* const executor_;
   const size_t capacity_;
+  bool map_is_stored_ = false;
   // Touched by the running step only.
   SessionMapper mapper_;
   uint64_t delta_version_ = 0;

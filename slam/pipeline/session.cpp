@@ -1,9 +1,11 @@
 #include "slam/pipeline/session.h"
 
 #include <atomic>
+#include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "slam/common/status_macros.h"
+#include "slam/pipeline/frame_order.h"
+#include "slam/pipeline/localizing_session.h"
 #include "slam/pipeline/mapper_queue.h"
 #include "slam/pipeline/tracker.h"
 
@@ -13,21 +15,27 @@ namespace {
 class SlamSession : public Session {
  public:
   SlamSession(const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink, Executor* executor,
-              std::shared_ptr<const Vocabulary> vocabulary)
+              std::shared_ptr<const Vocabulary> vocabulary, std::optional<SessionStart::Extension> extend)
       : tracker_(config, rig),
         queue_(config, tracker_.camera(), tracker_.builder().scale_info(), std::move(vocabulary), sink,
-               config.deterministic ? nullptr : executor) {}
+               config.deterministic ? nullptr : executor),
+        map_is_stored_(extend.has_value()) {
+    if (!extend) return;
+    tracker_.ContinueIdsAfter(extend->last_keyframe);
+    queue_.Adopt(std::move(extend->map));
+  }
 
   absl::StatusOr<FrameResult> Track(const FrameInput& frame) override {
-    SEMMAP_RETURN_IF_ERROR(CheckOrder(frame));
+    SEMMAP_RETURN_IF_ERROR(order_.Check(frame));
     SEMMAP_RETURN_IF_ERROR(tracker_.Check(frame));
-    last_sequence_ = frame.sequence;
-    last_timestamp_ = frame.timestamp;
+    order_.Take(frame);
     ++frames_;
     TrackOutput output = tracker_.Track(frame, queue_.State());
-    const bool starts_map =
-        output.initial_pair.has_value() || output.result.map_version == 0 || output.reset_map;
+    const bool starts_map = !map_is_stored_ && (output.initial_pair.has_value() ||
+                                                output.result.map_version == 0 || output.reset_map);
     if (output.result.state == TrackingState::kTracking) ++tracked_frames_;
+    if (map_is_stored_ && output.result.state == TrackingState::kLost)
+      output.result.failure = queue_.counts().last_failure;
     queue_.Push(&output);
     // A map begins, or begins anew: the next frame needs it, and no later one waits again.
     if (starts_map) queue_.WaitForBacklog(0);
@@ -46,23 +54,10 @@ class SlamSession : public Session {
   }
 
  private:
-  absl::Status CheckOrder(const FrameInput& frame) const {
-    if (frames_ == 0) return absl::OkStatus();
-    if (frame.sequence <= last_sequence_) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("sequence number ", frame.sequence, " follows ", last_sequence_));
-    }
-    if (frame.timestamp <= last_timestamp_) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("timestamp ", frame.timestamp, " ns follows ", last_timestamp_, " ns"));
-    }
-    return absl::OkStatus();
-  }
-
   Tracker tracker_;
   MapperQueue queue_;
-  uint64_t last_sequence_ = 0;
-  TimestampNs last_timestamp_ = 0;
+  const bool map_is_stored_;
+  FrameOrder order_;
   std::atomic<uint64_t> frames_ = 0;
   std::atomic<uint64_t> tracked_frames_ = 0;
 };
@@ -71,12 +66,16 @@ class SlamSession : public Session {
 
 absl::StatusOr<std::unique_ptr<Session>> Session::Create(const SlamConfig& config, const CameraRig& rig,
                                                          MapDeltaSink* sink, Executor* executor,
-                                                         std::shared_ptr<const Vocabulary> vocabulary) {
+                                                         std::shared_ptr<const Vocabulary> vocabulary,
+                                                         SessionStart start) {
   SEMMAP_RETURN_IF_ERROR(ValidateRig(rig));
-  if (sink == nullptr || (executor == nullptr && !config.deterministic)) {
+  if (sink == nullptr || (executor == nullptr && !config.deterministic && start.localize == nullptr)) {
     return absl::InvalidArgumentError("a session needs a sink, and an executor unless it is deterministic");
   }
-  return std::make_unique<SlamSession>(config, rig, sink, executor, std::move(vocabulary));
+  if (start.localize != nullptr)
+    return std::make_unique<LocalizingSession>(config, rig, std::move(start.localize), sink);
+  return std::make_unique<SlamSession>(config, rig, sink, executor, std::move(vocabulary),
+                                       std::move(start.extend));
 }
 
 }  // namespace semmap

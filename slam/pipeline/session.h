@@ -2,13 +2,16 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "slam/geometry/camera.h"
+#include "slam/map/map.h"
 #include "slam/map/map_delta.h"
 #include "slam/pipeline/executor.h"
 #include "slam/pipeline/frame.h"
+#include "slam/pipeline/map_snapshot.h"
 #include "slam/pipeline/slam_config.h"
 #include "slam/pipeline/view_localizer.h"
 #include "slam/place/vocabulary.h"
@@ -29,6 +32,20 @@ struct SessionStats {
   LocalizationFailure last_recovery_failure = LocalizationFailure::kNone;
 };
 
+// The stored map, if any, that a session begins with; at most one of both.
+struct SessionStart {
+  // Finds itself in it and never changes it: tracks within it, reports poses, and delivers nothing but the
+  // poses of its frames. Shared with whoever else reads it. Such a session needs no executor.
+  std::shared_ptr<const MapSnapshot> localize;
+  // Finds itself in it, then adds to it: the map is the session's from now on.
+  struct Extension {
+    Map map;
+    // New keyframes get greater ids.
+    KeyFrameId last_keyframe;
+  };
+  std::optional<Extension> extend;
+};
+
 // One vehicle's drive: joins tracker and mapper. Track is called from one thread at a time (any thread); the
 // mapper runs on `executor` in order, or inside Track when the configuration asks for determinism. Frames
 // must have growing sequence numbers and timestamps. After an error of Track (wrong image size or type, time
@@ -37,10 +54,10 @@ class Session {
  public:
   // INVALID_ARGUMENT when the rig or the configuration is not usable. `sink` and `executor` must outlive the
   // session. Without a vocabulary the session finds neither loops nor, once lost, its way back into parts of
-  // the map that are not near.
+  // the map that are not near, and never finds itself in a stored map.
   static absl::StatusOr<std::unique_ptr<Session>> Create(
       const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink, Executor* executor,
-      std::shared_ptr<const Vocabulary> vocabulary = nullptr);
+      std::shared_ptr<const Vocabulary> vocabulary = nullptr, SessionStart start = {});
   virtual ~Session() = default;
 
   virtual absl::StatusOr<FrameResult> Track(const FrameInput& frame) = 0;

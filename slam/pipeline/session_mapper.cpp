@@ -1,5 +1,9 @@
 #include "slam/pipeline/session_mapper.h"
 
+#include <algorithm>
+#include <utility>
+#include <vector>
+
 namespace semmap {
 namespace {
 
@@ -16,7 +20,18 @@ SessionMapper::SessionMapper(const SlamConfig& config, const MappingCamera& came
       local_(config, camera, scale_info, std::move(publish)),
       places_(std::move(vocabulary), config.place.query, config.semantics.InactiveClasses()),
       loop_closer_(config.loop, static_cast<uint32_t>(config.seed), camera),
-      relocalizer_(config.relocalization, static_cast<uint32_t>(config.seed)) {}
+      relocalizer_(config.relocalization, static_cast<uint32_t>(config.seed)),
+      localizer_(config.relocalization, static_cast<uint32_t>(config.seed)) {}
+
+void SessionMapper::Adopt(Map stored) {
+  map_is_stored_ = true;
+  local_.mutable_map() = std::move(stored);
+  std::vector<KeyFrameId> ids;
+  for (const auto& [id, keyframe] : map().keyframes()) ids.push_back(id);
+  // As if they had come one after the other.
+  std::sort(ids.begin(), ids.end());
+  for (const KeyFrameId id : ids) places_.Add(*map().FindKeyFrame(id));
+}
 
 void SessionMapper::AddKeyFrame(const KeyFrameCandidate& candidate, const std::atomic<bool>* stop) {
   for (const KeyFrameId culled : local_.AddKeyFrame(candidate, stop)) places_.Remove(culled);
@@ -41,10 +56,20 @@ std::optional<LoopCloser::Result> SessionMapper::CloseLoop() {
   return closed;
 }
 
+SessionMapper::Found SessionMapper::Find(const TrackedFrame& frame) const {
+  const SearchImage image{*frame.features, *frame.grid};
+  if (map_is_stored_) {
+    MapLocalization located = localizer_.Locate(map(), places_, camera_, image, PlacePrior(), 0);
+    if (!located.found) return {nullptr, std::nullopt, located.failure};
+    return {located.found->view, std::move(located.found->fix), LocalizationFailure::kNone};
+  }
+  Relocalization located = relocalizer_.Relocalize(map(), places_, camera_, image, 0);
+  return {located.view, std::move(located.fix), located.failure};
+}
+
 SessionMapper::RecoveryReport SessionMapper::Recover(const LostFrame& lost) {
   const TrackedFrame& frame = lost.frame;
-  const Relocalization found =
-      relocalizer_.Relocalize(map(), places_, camera_, {*frame.features, *frame.grid}, 0);
+  const Found found = Find(frame);
   if (!found.fix) return {nullptr, found.failure};
   if (found.fix->agreement.Trust() <= kBetter * lost.agreement.Trust())
     return {nullptr, LocalizationFailure::kTooFewInliers};

@@ -7,6 +7,7 @@
 #include "slam/pipeline/full_bundle.h"
 #include "slam/pipeline/local_mapper.h"
 #include "slam/pipeline/loop_closer.h"
+#include "slam/pipeline/map_localizer.h"
 #include "slam/pipeline/place_memory.h"
 #include "slam/pipeline/recovery.h"
 #include "slam/pipeline/relocalizer.h"
@@ -21,6 +22,9 @@ class SessionMapper {
   // Without a vocabulary there are no loops and no recoveries.
   SessionMapper(const SlamConfig& config, const MappingCamera& camera, const ScalePyramidInfo& scale_info,
                 std::shared_ptr<const Vocabulary> vocabulary, LocalMapper::Publish publish);
+
+  // Before anything else: goes on in a map that was stored. Nothing is published before the first recovery.
+  void Adopt(Map map);
 
   // `stop` becomes true when the next keyframe waits: what can be left out then is.
   void AddKeyFrame(const KeyFrameCandidate& candidate, const std::atomic<bool>* stop);
@@ -49,12 +53,23 @@ class SessionMapper {
   MapDelta TakeDelta() { return local_.TakeDelta(); }
 
  private:
+  // Where a frame was found.
+  struct Found {
+    std::shared_ptr<const LocalMapView> view;
+    std::optional<ViewFix> fix;
+    LocalizationFailure failure = LocalizationFailure::kNone;
+  };
+  Found Find(const TrackedFrame& frame) const;
+
   SlamConfig config_;
   MappingCamera camera_;
   LocalMapper local_;
   PlaceMemory places_;
   LoopCloser loop_closer_;
   Relocalizer relocalizer_;
+  // In a stored map a wrong place would spoil what others made: looks harder before it believes.
+  MapLocalizer localizer_;
+  bool map_is_stored_ = false;
 };
 
 }  // namespace semmap

@@ -31,13 +31,6 @@ KeyFrameCandidate ToCandidate(KeyFrameId id, const TrackedFrame& frame) {
   return candidate;
 }
 
-MappingCamera MakeMappingCamera(const SlamConfig& config, const FrameBuilder& builder) {
-  const CameraRig& rig = builder.rig();
-  const double near =
-      rig.sensor == SensorType::kMono ? 0 : config.tracking.close_depth_in_baselines * rig.baseline_m;
-  return {rig, builder.bounds(), builder.model(), near, AssociationRule(config.semantics)};
-}
-
 }  // namespace
 
 Tracker::Tracker(const SlamConfig& config, const CameraRig& rig)
@@ -62,7 +55,9 @@ TrackOutput Tracker::Track(const FrameInput& input, const MapperState& mapper) {
   TrackedFrame frame = builder_.Build(input, &times_);
   AdoptView(mapper.view);
   AdoptRecovery(mapper.recovery.get());
-  if (view_ == nullptr) {
+  if (view_ == nullptr && mapper.map_is_stored) {
+    HandleLoss(frame, mapper, &output);
+  } else if (view_ == nullptr) {
     Initialize(std::move(frame), &output);
   } else {
     TrackInMap(std::move(frame), mapper, &output);
@@ -222,7 +217,7 @@ void Tracker::HandleLoss(const TrackedFrame& frame, const MapperState& mapper, T
   state_ = TrackingState::kLost;
   velocity_.reset();
   output->result.inliers = 0;
-  if (!IsMapDisposable(frame)) {
+  if (mapper.map_is_stored || !IsMapDisposable(frame)) {
     if (!mapper.recovering) output->lost_frame = {frame, {}};
     return;
   }

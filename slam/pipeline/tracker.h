@@ -20,8 +20,10 @@ namespace semmap {
 
 // What the mapper side lets the tracker know, taken once for each frame.
 struct MapperState {
-  // Null before there is a map.
+  // Null before there is a map, or before the vehicle found itself in it.
   std::shared_ptr<const LocalMapView> view;
+  // The map was stored before this session: none is begun, frames are lost until the first recovery.
+  bool map_is_stored = false;
   bool idle = true;
   bool accepts_keyframe = true;
   // A lost frame is being looked for in the whole map; and the last one that was found.
@@ -52,6 +54,10 @@ class Tracker {
 
   const FrameBuilder& builder() const { return builder_; }
   const MappingCamera& camera() const { return camera_; }
+  // Before the first frame: keyframes get greater ids than `last`.
+  void ContinueIdsAfter(KeyFrameId last) { next_keyframe_id_ = last.value() + 1; }
+  // What the keypoints of the last tracked frame saw.
+  const std::vector<MapPointId>& last_points() const { return last_points_; }
 
  private:
   // A point that the last frame saw: of the view, or (view_index -1) measured by depth alone.

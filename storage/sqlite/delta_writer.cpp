@@ -29,6 +29,13 @@ std::span<const MapPointId> SeenBy(const MapDelta& delta, const KeyFrameRecord& 
   return found == delta.observations.end() ? std::span<const MapPointId>() : found->point_of_keypoint;
 }
 
+// Whether there is more in it than frames that hang on the map as it is.
+bool ChangesMap(const MapDelta& delta) {
+  return delta.frames.empty() || delta.reset || !delta.added_keyframes.empty() ||
+         !delta.moved_keyframes.empty() || !delta.upserted_points.empty() || !delta.observations.empty() ||
+         !delta.removed_keyframes.empty() || !delta.removed_points.empty();
+}
+
 // Applies one delta, member by member, and adds up what it does to map and session.
 class DeltaWriter {
  public:
@@ -49,6 +56,7 @@ class DeltaWriter {
     SEMMAP_RETURN_IF_ERROR(RemovePoints(delta));
     SEMMAP_RETURN_IF_ERROR(WriteFrames(delta));
     progress_.delta_version = delta.version;
+    growth_.changes_map = ChangesMap(delta);
     SEMMAP_RETURN_IF_ERROR(UpdateGrowth(connection_, map_, growth_));
     return WriteProgress(connection_, map_, session_, progress_);
   }

@@ -31,7 +31,7 @@ constexpr char kSelectPlacement[] = "SELECT coalesce(cell_size, 0), last_point_i
 constexpr char kUpdateCellSize[] = "UPDATE maps SET cell_size = ? WHERE map_id = ?";
 constexpr char kUpdateGrowth[] =
     "UPDATE maps SET keyframe_count = keyframe_count + ?, point_count = point_count + ?, "
-    "version = version + 1, updated_at = " SEMMAP_NOW
+    "version = version + ?, updated_at = " SEMMAP_NOW
     ", "
     "last_keyframe_id = max(last_keyframe_id, ?), last_point_id = max(last_point_id, ?) WHERE map_id = ?";
 
@@ -161,8 +161,8 @@ absl::Status SetCellSize(Connection& connection, MapId map, double cell_size) {
 }
 
 absl::Status UpdateGrowth(Connection& connection, MapId map, const MapGrowth& growth) {
-  return RunQuery(connection, kUpdateGrowth, growth.keyframes, growth.points, growth.last_keyframe_id,
-                  growth.last_point_id, map);
+  return RunQuery(connection, kUpdateGrowth, growth.keyframes, growth.points, growth.changes_map ? 1 : 0,
+                  growth.last_keyframe_id, growth.last_point_id, map);
 }
 
 }  // namespace semmap::storage::sqlite

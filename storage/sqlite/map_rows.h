@@ -34,6 +34,8 @@ struct MapGrowth {
   int64_t points = 0;
   KeyFrameId last_keyframe_id;
   MapPointId last_point_id;
+  // Frames of a trajectory alone leave the map as it is.
+  bool changes_map = true;
 };
 absl::Status UpdateGrowth(Connection& connection, MapId map, const MapGrowth& growth);
 

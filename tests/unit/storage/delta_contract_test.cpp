@@ -64,6 +64,21 @@ TEST_P(MapStoreContract, DeltasAreNeitherLostNorAppliedTwice) {
   EXPECT_EQ(store_->GetMap(map_)->version, 2);
 }
 
+// Who only drives in a map leaves it as it is.
+TEST_P(MapStoreContract, FramesAloneLeaveTheVersion) {
+  StartSmallMap();
+  const uint64_t before = store_->GetMap(map_)->version;
+  MapDelta frames;
+  frames.frames.push_back({31, 3100, KeyFrameId(3), SE3()});
+  ASSERT_TRUE(Apply(frames).ok());
+  EXPECT_EQ(store_->GetMap(map_)->version, before);
+  EXPECT_EQ(store_->GetSession(map_, session_)->stored_frames, 7);
+  frames.frames.front().sequence = 32;
+  frames.moved_keyframes.push_back({KeyFrameId(2), SE3(), KeyFrameId(1)});
+  ASSERT_TRUE(Apply(frames).ok());
+  EXPECT_EQ(store_->GetMap(map_)->version, before + 1);
+}
+
 TEST_P(MapStoreContract, PointsAndPosesChange) {
   StartSmallMap();
   MapDelta delta;

@@ -1,0 +1,217 @@
+// Sessions that begin in a map which was stored before: LOCALIZE and EXTEND.
+#include <gtest/gtest.h>
+
+#include "slam/pipeline/session.h"
+#include "tests/support/map_collector.h"
+#include "tests/support/textured_room.h"
+#include "tests/unit/place/place_test_util.h"
+
+namespace semmap {
+namespace {
+
+using namespace testing;  // NOLINT: the room and what is made of it
+
+constexpr int kMapFrames = 24;
+constexpr double kStep = 0.12;
+// Of a pose against the truth, metres: the map's own error, and a little.
+constexpr double kBound = 0.05;
+
+SlamConfig SmallConfig() {
+  SlamConfig config;
+  config.orb.features = 800;
+  config.deterministic = true;
+  return config;
+}
+
+// Another lane: what the second vehicle drives.
+SE3 Beside(const SE3& map_from_camera) {
+  return map_from_camera * SE3(ExpSO3({0, 0.03, 0}), {0.07, -0.02, 0.03});
+}
+
+FrameInput FrameAt(const CameraRig& rig, const SE3& map_from_camera, int index) {
+  const TexturedRoom room(3);
+  FrameInput frame;
+  frame.sequence = static_cast<uint64_t>(index + 1);
+  frame.timestamp = FromSeconds(0.1 * index);
+  frame.image = room.Render(rig.camera, map_from_camera);
+  if (rig.sensor == SensorType::kStereo) {
+    const SE3 left_from_right(Eigen::Quaterniond::Identity(), {rig.baseline_m, 0, 0});
+    frame.right = room.Render(rig.camera, map_from_camera * left_from_right);
+  }
+  return frame;
+}
+
+FrameInput BlackFrame(const CameraRig& rig, int index) {
+  FrameInput frame;
+  frame.sequence = static_cast<uint64_t>(index + 1);
+  frame.timestamp = FromSeconds(0.1 * index);
+  frame.image = cv::Mat::zeros(rig.camera.height, rig.camera.width, CV_8UC1);
+  if (rig.sensor == SensorType::kStereo) frame.right = frame.image.clone();
+  return frame;
+}
+
+MapCollector MakeCollector() {
+  const SlamConfig config = SmallConfig();
+  return {ScalePyramidInfo(config.orb.levels, config.orb.scale_factor), UndistortedBounds(SmallCamera())};
+}
+
+// The map that a first drive in stereo made, and the truth in its frame.
+class StoredMapTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    made_ = new MapCollector(MakeCollector());
+    auto session = Session::Create(SmallConfig(), SmallRig(SensorType::kStereo), made_, nullptr, vocabulary_);
+    ASSERT_TRUE(session.ok()) << session.status();
+    const std::vector<SE3> poses = GentleDrive(kMapFrames, kStep);
+    for (int i = 0; i < kMapFrames; ++i) {
+      ASSERT_TRUE((*session)->Track(FrameAt(SmallRig(SensorType::kStereo), poses[i], i)).ok());
+    }
+    (*session)->Finish();
+  }
+  static void TearDownTestSuite() {
+    delete made_;
+    made_ = nullptr;
+  }
+
+  static SE3 MapFromWorld() { return GentleDrive(1, kStep).front().Inverse(); }
+
+  std::unique_ptr<Session> Localizer(SensorType sensor, MapDeltaSink* sink) {
+    auto map = made_->Restore();
+    EXPECT_TRUE(map.ok()) << map.status();
+    SessionStart start;
+    start.localize = MakeMapSnapshot(*std::move(map), 0, 5, true, vocabulary_, PlaceQueryLimits());
+    return *Session::Create(SmallConfig(), SmallRig(sensor), sink, nullptr, nullptr, std::move(start));
+  }
+  std::unique_ptr<Session> Extender(MapDeltaSink* sink) {
+    auto map = made_->Restore();
+    EXPECT_TRUE(map.ok()) << map.status();
+    SessionStart start;
+    start.extend = SessionStart::Extension{*std::move(map), made_->last_keyframe()};
+    return *Session::Create(SmallConfig(), SmallRig(SensorType::kStereo), sink, nullptr, vocabulary_,
+                            std::move(start));
+  }
+
+  static void ExpectAt(const FrameResult& result, const SE3& world_from_camera, double bound) {
+    ASSERT_EQ(result.state, TrackingState::kTracking)
+        << "frame " << result.sequence << ", failure " << static_cast<int>(result.failure);
+    const SE3 error = result.map_from_camera->Inverse() * MapFromWorld() * world_from_camera;
+    EXPECT_LT(error.translation().norm(), bound) << "frame " << result.sequence;
+    EXPECT_LT(error.RotationAngle(), 0.01) << "frame " << result.sequence;
+  }
+
+  static inline const std::shared_ptr<const Vocabulary> vocabulary_ = RandomVocabulary(12, 5);
+  static inline MapCollector* made_ = nullptr;
+};
+
+class LocalizeTest : public StoredMapTest, public ::testing::WithParamInterface<SensorType> {};
+
+TEST_P(LocalizeTest, TracksAnotherLaneFromTheFirstFrameOn) {
+  MapCollector told = MakeCollector();
+  const CameraRig rig = SmallRig(GetParam());
+  const auto session = Localizer(GetParam(), &told);
+  const std::vector<SE3> poses = GentleDrive(kMapFrames, kStep);
+  for (int i = 0; i < kMapFrames; ++i) {
+    const auto result = session->Track(FrameAt(rig, Beside(poses[i]), i));
+    ASSERT_TRUE(result.ok()) << result.status();
+    ExpectAt(*result, Beside(poses[i]), kBound);
+    EXPECT_EQ(result->map_version, 5U);
+    EXPECT_FALSE(result->is_keyframe);
+  }
+  session->Finish();
+  EXPECT_EQ(session->Stats().tracked_frames, static_cast<uint64_t>(kMapFrames));
+  EXPECT_EQ(session->Stats().recoveries, 1);
+}
+
+TEST_P(LocalizeTest, DeliversItsFramesAndNothingElse) {
+  MapCollector told = MakeCollector();
+  const CameraRig rig = SmallRig(GetParam());
+  const auto session = Localizer(GetParam(), &told);
+  const std::vector<SE3> poses = GentleDrive(kMapFrames, kStep);
+  for (int i = 0; i < kMapFrames; ++i) ASSERT_TRUE(session->Track(FrameAt(rig, poses[i], i)).ok());
+  session->Finish();
+  uint64_t version = 0;
+  uint64_t sequence = 0;
+  for (const MapDelta& delta : told.deltas()) {
+    EXPECT_EQ(delta.version, ++version);
+    EXPECT_TRUE(delta.added_keyframes.empty() && delta.moved_keyframes.empty() &&
+                delta.upserted_points.empty() && delta.observations.empty() &&
+                delta.removed_keyframes.empty() && delta.removed_points.empty() && !delta.reset);
+    for (const FramePose& frame : delta.frames) {
+      EXPECT_EQ(frame.sequence, ++sequence);
+      const auto keyframe = made_->keyframes().find(frame.reference_keyframe);
+      ASSERT_NE(keyframe, made_->keyframes().end());
+      const SE3 map_from_camera = keyframe->second.map_from_camera * frame.keyframe_from_camera;
+      const SE3 error = map_from_camera.Inverse() * MapFromWorld() * poses[sequence - 1];
+      EXPECT_LT(error.translation().norm(), kBound) << sequence;
+    }
+  }
+  EXPECT_EQ(sequence, static_cast<uint64_t>(kMapFrames));
+}
+
+TEST_P(LocalizeTest, IsLostInTheDarkAndFindsItselfElsewhere) {
+  MapCollector told = MakeCollector();
+  const CameraRig rig = SmallRig(GetParam());
+  const auto session = Localizer(GetParam(), &told);
+  const std::vector<SE3> poses = GentleDrive(kMapFrames, kStep);
+  int index = 0;
+  const auto dark = session->Track(BlackFrame(rig, index++));
+  ASSERT_TRUE(dark.ok()) << dark.status();
+  EXPECT_EQ(dark->state, TrackingState::kLost);
+  EXPECT_FALSE(dark->map_from_camera.has_value());
+  EXPECT_EQ(dark->failure, LocalizationFailure::kNoCandidates);
+  for (int i = 16; i < 20; ++i) ExpectAt(*session->Track(FrameAt(rig, poses[i], index++)), poses[i], kBound);
+  EXPECT_EQ(session->Track(BlackFrame(rig, index++))->state, TrackingState::kLost);
+  for (int i = 2; i < 6; ++i) ExpectAt(*session->Track(FrameAt(rig, poses[i], index++)), poses[i], kBound);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sensors, LocalizeTest, ::testing::Values(SensorType::kMono, SensorType::kStereo));
+
+TEST_F(StoredMapTest, ExtendingGoesOnBeyondTheMapsEnd) {
+  MapCollector told = MakeCollector();
+  const CameraRig rig = SmallRig(SensorType::kStereo);
+  const KeyFrameId last_keyframe = made_->last_keyframe();
+  const MapPointId last_point = made_->last_point();
+  const size_t keyframes_before = made_->keyframes().size();
+  const auto session = Extender(&told);
+  const std::vector<SE3> poses = GentleDrive(kMapFrames + 16, kStep);
+  int index = 0;
+  EXPECT_EQ(session->Track(BlackFrame(rig, index++))->state, TrackingState::kLost);
+  EXPECT_TRUE(told.deltas().empty()) << "before it found itself there is nothing to say";
+  // The frame that is found was answered already; the next one is tracked.
+  EXPECT_EQ(session->Track(FrameAt(rig, poses[10], index++))->state, TrackingState::kLost);
+  for (size_t i = 11; i < poses.size(); ++i)
+    ExpectAt(*session->Track(FrameAt(rig, poses[i], index++)), poses[i], kBound);
+  session->Finish();
+
+  EXPECT_GT(session->Stats().keyframes, static_cast<int>(keyframes_before));
+  bool uses_old_points = false;
+  for (const MapDelta& delta : told.deltas()) {
+    EXPECT_FALSE(delta.reset);
+    for (const KeyFrameRecord& keyframe : delta.added_keyframes) EXPECT_GT(keyframe.id, last_keyframe);
+    for (const KeyFrameObservations& seen : delta.observations) {
+      if (seen.id <= last_keyframe) continue;
+      for (const MapPointId point : seen.point_of_keypoint)
+        uses_old_points = uses_old_points || (point.IsValid() && point <= last_point);
+    }
+  }
+  EXPECT_TRUE(uses_old_points) << "new keyframes hang on the old map";
+}
+
+// What was stored, and after it what the extension told, is one sound map.
+TEST_F(StoredMapTest, StoredMapAndExtensionAreOneMap) {
+  MapCollector all = *made_;
+  const CameraRig rig = SmallRig(SensorType::kStereo);
+  const auto session = Extender(&all);
+  const std::vector<SE3> poses = GentleDrive(kMapFrames + 16, kStep);
+  for (size_t i = 8; i < poses.size(); ++i)
+    ASSERT_TRUE(session->Track(FrameAt(rig, Beside(poses[i]), static_cast<int>(i))).ok());
+  session->Finish();
+  const auto whole = all.Restore();
+  ASSERT_TRUE(whole.ok()) << whole.status();
+  EXPECT_EQ(static_cast<int>(whole->keyframes().size()), session->Stats().keyframes);
+  EXPECT_EQ(static_cast<int>(whole->points().size()), session->Stats().points);
+  EXPECT_GT(whole->keyframes().size(), made_->keyframes().size());
+}
+
+}  // namespace
+}  // namespace semmap
