@@ -9,6 +9,7 @@
 #include "client/message_reader.h"
 #include "client/names.h"
 #include "client/request_id.h"
+#include "semmap/v1/localization_service.grpc.pb.h"
 #include "semmap/v1/map_service.grpc.pb.h"
 #include "semmap/v1/operation.grpc.pb.h"
 #include "semmap/v1/session_service.grpc.pb.h"
@@ -61,10 +62,11 @@ absl::Status Stopped() { return absl::CancelledError("the caller wanted no more"
 
 struct Client::Stubs {
   explicit Stubs(const std::shared_ptr<grpc::Channel>& channel)
-      : maps(channel), sessions(channel), operations(channel) {}
+      : maps(channel), sessions(channel), operations(channel), localization(channel) {}
   v1::MapService::Stub maps;
   v1::SessionService::Stub sessions;
   v1::OperationService::Stub operations;
+  v1::LocalizationService::Stub localization;
 };
 
 Client::Client(std::shared_ptr<Connection> connection)
@@ -199,6 +201,11 @@ absl::Status Client::GetTrajectory(v1::GetTrajectoryRequest request,
   MessageReader<v1::GetTrajectoryResponse> reader;
   stubs_->maps.async()->GetTrajectory(reader.context(), &request, &reader);
   return ReadAll(reader, connection_->options().call_timeout, consumer);
+}
+
+absl::StatusOr<v1::RelocalizeResponse> Client::Relocalize(v1::RelocalizeRequest request) {
+  request.set_map(MapName(request.map()));
+  return CallUnary(*connection_, stubs_->localization, &v1::LocalizationService::Stub::Relocalize, request);
 }
 
 absl::StatusOr<v1::Session> Client::GetSession(const std::string& session) {

@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/connection.h"
+#include "semmap/v1/localization_service.pb.h"
 #include "semmap/v1/map_service.pb.h"
 #include "semmap/v1/operation.pb.h"
 #include "semmap/v1/session_service.pb.h"
@@ -53,6 +54,9 @@ class Client {
   // Poses arrive in pieces, by session and sequence.
   absl::Status GetTrajectory(v1::GetTrajectoryRequest request,
                              const Consumer<v1::GetTrajectoryResponse>& consumer);
+
+  // Where a picture was taken. One that cannot be found is no failure: the response says why.
+  absl::StatusOr<v1::RelocalizeResponse> Relocalize(v1::RelocalizeRequest request);
 
   absl::StatusOr<v1::Session> GetSession(const std::string& session);
   // All pages; `request.page_token` is ignored.

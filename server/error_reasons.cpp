@@ -51,6 +51,7 @@ constexpr Entry kReasons[] = {
     {v1::ERROR_REASON_WATCHER_TOO_SLOW, StatusCode::kResourceExhausted},
     {v1::ERROR_REASON_TOO_MANY_MAPS, StatusCode::kResourceExhausted},
     {v1::ERROR_REASON_TOO_MANY_REQUESTS, StatusCode::kResourceExhausted},
+    {v1::ERROR_REASON_MAP_TOO_LARGE, StatusCode::kResourceExhausted},
     {v1::ERROR_REASON_SHUTTING_DOWN, StatusCode::kUnavailable},
     {v1::ERROR_REASON_STORE_UNAVAILABLE, StatusCode::kUnavailable},
     {v1::ERROR_REASON_NOT_IMPLEMENTED, StatusCode::kUnimplemented},

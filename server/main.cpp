@@ -56,8 +56,8 @@ absl::StatusOr<Config> ReadConfig(const Options& options) {
 semmap::server::SlamSessionFactory MakeSessionFactory(
     const std::shared_ptr<const semmap::Vocabulary>& vocabulary) {
   return [vocabulary](const semmap::SlamConfig& config, const semmap::CameraRig& rig,
-                      semmap::MapDeltaSink* sink, semmap::Executor* executor) {
-    return semmap::Session::Create(config, rig, sink, executor, vocabulary);
+                      semmap::MapDeltaSink* sink, semmap::Executor* executor, semmap::SessionStart start) {
+    return semmap::Session::Create(config, rig, sink, executor, vocabulary, std::move(start));
   };
 }
 
@@ -85,7 +85,7 @@ int Run(const Options& options) {
   semmap::server::SetUpLogging(config->server.log_level);
   const auto vocabulary = semmap::LoadVocabulary(config->slam.place);
   if (!vocabulary.ok()) return Fail(vocabulary.status());
-  auto server = Server::Start(*config, MakeSessionFactory(*vocabulary));
+  auto server = Server::Start(*config, MakeSessionFactory(*vocabulary), *vocabulary);
   if (!server.ok()) return Fail(server.status());
   std::printf("listening on %s\n", (*server)->address().c_str());
   std::fflush(stdout);

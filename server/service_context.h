@@ -2,6 +2,7 @@
 
 #include <functional>
 
+#include "server/map_cache.h"
 #include "server/operations.h"
 #include "server/request_log.h"
 #include "server/server_config.h"
@@ -20,6 +21,8 @@ struct ServiceContext {
   Timer* timer = nullptr;
   Operations* operations = nullptr;
   std::function<TimestampNs()> wall_clock;
+  SlamConfig slam;
+  MapCache* maps = nullptr;
 };
 
 }  // namespace semmap::server

@@ -30,6 +30,22 @@ v1::ProcessingTimes ToProto(const StageTimes& times) {
 
 }  // namespace
 
+v1::RelocalizeResult ToProto(LocalizationFailure failure) {
+  switch (failure) {
+    case LocalizationFailure::kNone:
+      return v1::RELOCALIZE_RESULT_FOUND;
+    case LocalizationFailure::kNoCandidates:
+      return v1::RELOCALIZE_RESULT_NO_CANDIDATES;
+    case LocalizationFailure::kTooFewMatches:
+      return v1::RELOCALIZE_RESULT_TOO_FEW_MATCHES;
+    case LocalizationFailure::kDegeneratePose:
+      return v1::RELOCALIZE_RESULT_DEGENERATE_POSE;
+    case LocalizationFailure::kTooFewInliers:
+      return v1::RELOCALIZE_RESULT_BELOW_THRESHOLD;
+  }
+  return v1::RELOCALIZE_RESULT_UNSPECIFIED;
+}
+
 google::protobuf::Timestamp ToTimestamp(TimestampNs unix_ns) {
   google::protobuf::Timestamp proto;
   proto.set_seconds(unix_ns / 1'000'000'000);
@@ -48,6 +64,7 @@ v1::FrameEstimate ToProto(const FrameResult& result, double queue_ms, double dec
     if (!result.covariance.isZero(0)) *proto.mutable_covariance() = ToProto(result.covariance);
   }
   proto.set_inliers(result.inliers);
+  if (result.failure != LocalizationFailure::kNone) proto.set_lost_because(ToProto(result.failure));
   proto.set_keyframe(result.is_keyframe);
   proto.set_map_version(result.map_version);
   *proto.mutable_times() = ToProto(result.times);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "google/protobuf/timestamp.pb.h"
+#include "semmap/v1/localization_service.pb.h"
 #include "semmap/v1/session.pb.h"
 #include "slam/pipeline/frame.h"
 #include "storage/map_store.h"
@@ -8,6 +9,8 @@
 namespace semmap::server {
 
 google::protobuf::Timestamp ToTimestamp(TimestampNs unix_ns);
+
+v1::RelocalizeResult ToProto(LocalizationFailure failure);
 
 v1::FrameEstimate ToProto(const FrameResult& result, double queue_ms, double decode_ms);
 

@@ -1,6 +1,7 @@
 #include "server/session_registry.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <spdlog/spdlog.h>
 
@@ -10,6 +11,7 @@
 #include "server/random_id.h"
 #include "server/rig_conversion.h"
 #include "slam/common/status_macros.h"
+#include "storage/map_loader.h"
 
 namespace semmap::server {
 namespace {
@@ -25,11 +27,9 @@ constexpr double kDrainShareForFrames = 0.7;
 absl::Status CheckMode(v1::SessionMode mode) {
   switch (mode) {
     case v1::SESSION_MODE_MAP:
-      return absl::OkStatus();
     case v1::SESSION_MODE_EXTEND:
-      return NotImplemented("SESSION_MODE_EXTEND");
     case v1::SESSION_MODE_LOCALIZE:
-      return NotImplemented("SESSION_MODE_LOCALIZE");
+      return absl::OkStatus();
     default:
       return Error(v1::ERROR_REASON_FIELD_INVALID, "hello.mode must be given", {{"field", "hello.mode"}});
   }
@@ -46,6 +46,15 @@ absl::StatusOr<v1::OverloadPolicy> CheckPolicy(v1::OverloadPolicy policy) {
       return Error(v1::ERROR_REASON_FIELD_INVALID, "hello.overload_policy is not known",
                    {{"field", "hello.overload_policy"}});
   }
+}
+
+// Whether keyframes of one can be projected as if the other had taken them.
+bool SameCameras(const CameraRig& a, const CameraRig& b) {
+  constexpr double kMaxDifference = 1e-6;
+  const auto near = [](double x, double y) { return std::abs(x - y) <= kMaxDifference; };
+  return a.sensor == b.sensor && near(a.baseline_m, b.baseline_m) && a.camera.width == b.camera.width &&
+         a.camera.height == b.camera.height && near(a.camera.fx, b.camera.fx) &&
+         near(a.camera.fy, b.camera.fy) && near(a.camera.cx, b.camera.cx) && near(a.camera.cy, b.camera.cy);
 }
 
 // In a time that does not tell how much of a guess was right.
@@ -87,8 +96,8 @@ absl::StatusOr<SessionIdentity> SessionRegistry::ReadHello(const v1::SessionHell
 absl::StatusOr<SessionRegistry::Opened> SessionRegistry::Open(const v1::SessionHello& hello) {
   SEMMAP_ASSIGN_OR_RETURN(SessionIdentity identity, ReadHello(hello));
   if (auto session = FindRepeated(identity)) return Opened{std::move(session), true};
-  SEMMAP_RETURN_IF_ERROR(Reserve(identity.map_id));
-  const auto release = absl::MakeCleanup([this, map_id = identity.map_id] { Release(map_id); });
+  SEMMAP_RETURN_IF_ERROR(Reserve(identity));
+  const auto release = absl::MakeCleanup([this, reserved = identity] { Release(reserved); });
   SEMMAP_ASSIGN_OR_RETURN(auto session, Make(std::move(identity)));
   const SessionIdentity& made = session->identity();
   spdlog::info("session begins session={} map={} vehicle={} agent=\"{}\"", made.id, made.map_id,
@@ -119,38 +128,87 @@ std::shared_ptr<VehicleSession> SessionRegistry::FindRepeated(const SessionIdent
   return found == sessions_.end() ? nullptr : found->second;
 }
 
-absl::Status SessionRegistry::Reserve(const std::string& map_id) {
+absl::Status SessionRegistry::Reserve(const SessionIdentity& identity) {
   MutexLock lock(&mutex_);
   if (draining_) return Error(v1::ERROR_REASON_SHUTTING_DOWN, "the server is stopping");
-  const size_t count = sessions_.size() + reserved_maps_.size();
+  const size_t count = sessions_.size() + reserved_.size();
   if (count >= static_cast<size_t>(environment_.config.max_sessions)) {
     return Error(v1::ERROR_REASON_TOO_MANY_SESSIONS,
                  "the server has as many sessions as it is configured for");
   }
-  const auto on_map = [&](const auto& entry) { return entry.second->identity().map_id == map_id; };
-  const bool in_use =
-      std::any_of(sessions_.begin(), sessions_.end(), on_map) || reserved_maps_.contains(map_id);
-  if (in_use) return Error(v1::ERROR_REASON_MAP_IN_USE, "another session makes this map right now");
-  reserved_maps_.insert(map_id);
+  if (identity.mode != v1::SESSION_MODE_LOCALIZE && IsMapBeingChanged(identity.map_id))
+    return Error(v1::ERROR_REASON_MAP_IN_USE, "another session changes this map right now");
+  reserved_.emplace(identity.map_id, identity.mode);
   return absl::OkStatus();
 }
 
-void SessionRegistry::Release(const std::string& map_id) {
+bool SessionRegistry::IsMapBeingChanged(const std::string& map_id) const {
+  const auto [begin, end] = reserved_.equal_range(map_id);
+  const auto changes = [](const auto& entry) { return entry.second != v1::SESSION_MODE_LOCALIZE; };
+  return std::any_of(begin, end, changes) ||
+         std::any_of(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
+           const SessionIdentity& other = entry.second->identity();
+           return other.map_id == map_id && other.mode != v1::SESSION_MODE_LOCALIZE;
+         });
+}
+
+void SessionRegistry::Release(const SessionIdentity& identity) {
   MutexLock lock(&mutex_);
-  reserved_maps_.erase(map_id);
+  const auto [begin, end] = reserved_.equal_range(identity.map_id);
+  const auto own = std::find_if(begin, end, [&](const auto& entry) { return entry.second == identity.mode; });
+  if (own != end) reserved_.erase(own);
 }
 
 absl::StatusOr<std::shared_ptr<VehicleSession>> SessionRegistry::Make(SessionIdentity identity) {
   auto session = std::make_shared<VehicleSession>(std::move(identity), environment_);
-  // First what leaves nothing behind when it fails.
-  SEMMAP_RETURN_IF_ERROR(session->CreateSlam(factory_, slam_));
   const SessionIdentity& made = session->identity();
-  SEMMAP_ASSIGN_OR_RETURN(const storage::MapId map, MakeEmptyMap(made));
+  // First what leaves nothing behind when it fails.
+  storage::MapId map;
+  if (made.mode == v1::SESSION_MODE_MAP) {
+    SEMMAP_RETURN_IF_ERROR(session->CreateSlam(factory_, slam_, {}));
+    SEMMAP_ASSIGN_OR_RETURN(map, MakeEmptyMap(made));
+  } else {
+    SEMMAP_ASSIGN_OR_RETURN(const storage::MapInfo stored_map, FindStoredMap(made));
+    SEMMAP_ASSIGN_OR_RETURN(SessionStart start, LoadStart(made, stored_map));
+    SEMMAP_RETURN_IF_ERROR(session->CreateSlam(factory_, slam_, std::move(start)));
+    map = stored_map.id;
+  }
   const auto stored =
       environment_.store->StartSession({map, made.id, made.vehicle_id, made.created_at, made.rig});
   if (!stored.ok()) return FromStore(stored.status());
   session->SetStored(map, stored->id);
   return session;
+}
+
+absl::StatusOr<storage::MapInfo> SessionRegistry::FindStoredMap(const SessionIdentity& identity) {
+  auto map = environment_.store->GetMap(identity.map_id);
+  if (!map.ok()) return FromStore(map.status());
+  if (map->keyframe_count == 0)
+    return Error(v1::ERROR_REASON_MAP_EMPTY, "the map has no keyframes", {{"map", identity.map_id}});
+  if (identity.mode == v1::SESSION_MODE_EXTEND && !SameCameras(identity.rig, map->rig)) {
+    return Error(v1::ERROR_REASON_RIG_INVALID,
+                 "a map is extended with cameras like those that it was made with");
+  }
+  return map;
+}
+
+absl::StatusOr<SessionStart> SessionRegistry::LoadStart(const SessionIdentity& identity,
+                                                        const storage::MapInfo& map) {
+  SessionStart start;
+  if (environment_.maps == nullptr) return NotImplemented("sessions in stored maps");
+  if (identity.mode == v1::SESSION_MODE_LOCALIZE) {
+    SEMMAP_ASSIGN_OR_RETURN(start.localize, environment_.maps->GetAndWait(map));
+    return start;
+  }
+  // Its own copy, and of this very moment: nobody else changes the map from now on.
+  const size_t max_bytes = static_cast<size_t>(environment_.config.map_memory_mb) << 20;
+  auto restored = storage::LoadMap(*environment_.store, map.id,
+                                   ScalePyramidInfo(slam_.orb.levels, slam_.orb.scale_factor), max_bytes);
+  if (absl::IsResourceExhausted(restored.status()))
+    return WithReason(restored.status(), v1::ERROR_REASON_MAP_TOO_LARGE);
+  if (!restored.ok()) return FromStore(restored.status());
+  start.extend = SessionStart::Extension{std::move(restored->map), restored->info.last_keyframe_id};
+  return start;
 }
 
 absl::StatusOr<storage::MapId> SessionRegistry::MakeEmptyMap(const SessionIdentity& identity) {
@@ -216,7 +274,7 @@ std::optional<v1::Session> SessionRegistry::Describe(const std::string& session_
 bool SessionRegistry::IsMapInUse(const std::string& map_id) const {
   MutexLock lock(&mutex_);
   const auto on_map = [&](const auto& entry) { return entry.second->identity().map_id == map_id; };
-  return reserved_maps_.contains(map_id) || std::any_of(sessions_.begin(), sessions_.end(), on_map);
+  return reserved_.contains(map_id) || std::any_of(sessions_.begin(), sessions_.end(), on_map);
 }
 
 size_t SessionRegistry::size() const {

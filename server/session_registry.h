@@ -4,7 +4,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -55,15 +54,21 @@ class SessionRegistry {
  private:
   absl::StatusOr<SessionIdentity> ReadHello(const v1::SessionHello& hello) const;
   std::shared_ptr<VehicleSession> FindRepeated(const SessionIdentity& identity) const;
-  // Holds a place and the map's name while a session is made.
-  absl::Status Reserve(const std::string& map_id);
-  void Release(const std::string& map_id);
+  // Holds a place and the map's name while a session is made. MAP_IN_USE when it would change a map that
+  // another session changes; any number may read it.
+  absl::Status Reserve(const SessionIdentity& identity);
+  void Release(const SessionIdentity& identity);
+  bool IsMapBeingChanged(const std::string& map_id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<std::shared_ptr<VehicleSession>> Make(SessionIdentity identity);
   absl::StatusOr<storage::MapId> MakeEmptyMap(const SessionIdentity& identity);
+  // LOCALIZE and EXTEND: a map that has keyframes, and, to be extended, was made with the same cameras.
+  absl::StatusOr<storage::MapInfo> FindStoredMap(const SessionIdentity& identity);
+  // What SLAM is to begin with. Loads the map; takes a while.
+  absl::StatusOr<SessionStart> LoadStart(const SessionIdentity& identity, const storage::MapInfo& map);
   void OnOver(const std::string& session_id, const v1::Session& last);
   std::vector<std::shared_ptr<VehicleSession>> All() const;
   bool IsEmpty() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    return sessions_.empty() && reserved_maps_.empty();
+    return sessions_.empty() && reserved_.empty();
   }
 
   const SessionEnvironment environment_;
@@ -73,7 +78,8 @@ class SessionRegistry {
 
   mutable Mutex mutex_;  // guards all below
   std::map<std::string, std::shared_ptr<VehicleSession>> sessions_ ABSL_GUARDED_BY(mutex_);
-  std::set<std::string> reserved_maps_ ABSL_GUARDED_BY(mutex_);
+  // Maps of the sessions that are being made, and what these will do.
+  std::multimap<std::string, v1::SessionMode> reserved_ ABSL_GUARDED_BY(mutex_);
   std::deque<std::pair<std::string, v1::Session>> finished_ ABSL_GUARDED_BY(mutex_);
   bool draining_ ABSL_GUARDED_BY(mutex_) = false;
 };

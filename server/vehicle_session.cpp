@@ -53,8 +53,9 @@ VehicleSession::VehicleSession(SessionIdentity identity, const SessionEnvironmen
 
 VehicleSession::~VehicleSession() = default;
 
-absl::Status VehicleSession::CreateSlam(const SlamSessionFactory& factory, const SlamConfig& config) {
-  auto slam = factory(config, identity_.rig, this, environment_.mappers);
+absl::Status VehicleSession::CreateSlam(const SlamSessionFactory& factory, const SlamConfig& config,
+                                        SessionStart start) {
+  auto slam = factory(config, identity_.rig, this, environment_.mappers, std::move(start));
   if (!slam.ok()) {
     const bool bad_rig = slam.status().code() == absl::StatusCode::kInvalidArgument;
     return WithReason(slam.status(), bad_rig ? v1::ERROR_REASON_RIG_INVALID : v1::ERROR_REASON_INTERNAL);
@@ -334,14 +335,25 @@ void VehicleSession::PutCorrections(const MapDelta& delta) {
   outbox_.PutCorrections(std::move(corrections));
 }
 
-void VehicleSession::StoreDelta(const MapDelta& delta) {
-  // After a delta that is missing, later ones have nothing to stand on.
-  if (store_failed_) return;
+absl::Status VehicleSession::Apply(const MapDelta& delta) {
   absl::Status status;
   for (int attempt = 0; attempt < kStoreAttempts; ++attempt) {
     status = environment_.store->Apply(store_map_, store_session_, delta);
     if (status.code() != absl::StatusCode::kUnavailable) break;
   }
+  if (!absl::IsInvalidArgument(status) || identity_.mode != v1::SESSION_MODE_LOCALIZE) return status;
+  // Who only reads the map learns late that another session removed a keyframe, on which these frames hang.
+  // The map is none the worse for it.
+  spdlog::warn("frames not stored session={} map={} {}", identity_.id, identity_.map_id, LogText(status));
+  MapDelta nothing;
+  nothing.version = delta.version;
+  return environment_.store->Apply(store_map_, store_session_, nothing);
+}
+
+void VehicleSession::StoreDelta(const MapDelta& delta) {
+  // After a delta that is missing, later ones have nothing to stand on.
+  if (store_failed_) return;
+  const absl::Status status = Apply(delta);
   if (!status.ok()) {
     store_failed_ = true;
     spdlog::error("map not stored session={} map={} version={} {}", identity_.id, identity_.map_id,

@@ -11,6 +11,7 @@
 #include "semmap/v1/session.pb.h"
 #include "server/frame_queue.h"
 #include "server/latency_histogram.h"
+#include "server/map_cache.h"
 #include "server/map_writer.h"
 #include "server/server_config.h"
 #include "server/stream_outbox.h"
@@ -24,7 +25,8 @@ namespace semmap::server {
 
 // Makes the SLAM session of a vehicle; semmap::Session::Create in production.
 using SlamSessionFactory = std::function<absl::StatusOr<std::unique_ptr<Session>>(
-    const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink, Executor* executor)>;
+    const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink, Executor* executor,
+    SessionStart start)>;
 
 // What all sessions of a server share. Pointers outlive every session.
 struct SessionEnvironment {
@@ -35,6 +37,7 @@ struct SessionEnvironment {
   Executor* mappers = nullptr;
   MapWriter* writer = nullptr;
   std::function<TimestampNs()> wall_clock;  // Unix epoch
+  MapCache* maps = nullptr;                 // null: no session in stored maps
 };
 
 // Who drives where.
@@ -75,7 +78,7 @@ class VehicleSession : public std::enable_shared_from_this<VehicleSession>, priv
   VehicleSession& operator=(const VehicleSession&) = delete;
 
   // Both before anything else. RIG_INVALID when SLAM does not take the rig.
-  absl::Status CreateSlam(const SlamSessionFactory& factory, const SlamConfig& config);
+  absl::Status CreateSlam(const SlamSessionFactory& factory, const SlamConfig& config, SessionStart start);
   void SetStored(storage::MapId map, storage::SessionId session);
 
   const SessionIdentity& identity() const { return identity_; }
@@ -124,6 +127,7 @@ class VehicleSession : public std::enable_shared_from_this<VehicleSession>, priv
   // On the writer's thread.
   void PutCorrections(const MapDelta& delta);
   void StoreDelta(const MapDelta& delta);
+  absl::Status Apply(const MapDelta& delta);
   void StoreEnd();
 
   void RecordResult(const QueuedFrame& queued, const FrameResult& result, double queue_ms, double decode_ms);

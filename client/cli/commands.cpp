@@ -14,6 +14,7 @@ void AddCommands(CLI::App& app, Action* action) {
   AddPointsCommand(app, action);
   AddKeyFramesCommand(app, action);
   AddTrajectoryCommand(app, action);
+  AddRelocalizeCommand(app, action);
   AddEvalCommand(app, action);
   AddTrainVocabularyCommand(app, action);
 }

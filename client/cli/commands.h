@@ -23,6 +23,7 @@ void AddMapCareCommands(CLI::App& map_command, Action* action);
 void AddPointsCommand(CLI::App& parent, Action* action);
 void AddKeyFramesCommand(CLI::App& parent, Action* action);
 void AddTrajectoryCommand(CLI::App& parent, Action* action);
+void AddRelocalizeCommand(CLI::App& parent, Action* action);
 void AddEvalCommand(CLI::App& parent, Action* action);
 void AddTrainVocabularyCommand(CLI::App& parent, Action* action);
 // `town`, whose drive also streams to a server. The other town commands do their work while the line is

@@ -24,12 +24,17 @@ namespace {
 constexpr int kMaxMetadataBytes = 16 << 10;
 // Operations are for the disk more than for the processor: one at a time is fastest.
 constexpr int kOperationThreads = 1;
+constexpr int kMapLoadingThreads = 1;
 // For streams to take their last message when the server stops.
 constexpr auto kGrace = std::chrono::seconds(2);
 
 int ThreadCount(int configured) {
   if (configured > 0) return configured;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+MapCache::Limits CacheLimits(const ServerConfig& config) {
+  return {static_cast<size_t>(config.map_memory_mb) << 20, absl::Seconds(config.map_reload_s)};
 }
 
 void SetLimits(const ServerConfig& config, grpc::ServerBuilder* builder) {
@@ -49,7 +54,8 @@ void SetLimits(const ServerConfig& config, grpc::ServerBuilder* builder) {
 
 class GrpcServer : public Server {
  public:
-  GrpcServer(const Config& config, std::unique_ptr<storage::MapStore> store, SlamSessionFactory factory)
+  GrpcServer(const Config& config, std::unique_ptr<storage::MapStore> store, SlamSessionFactory factory,
+             std::shared_ptr<const Vocabulary> vocabulary)
       : config_(config),
         store_(std::move(store)),
         writer_(std::make_unique<MapWriter>(static_cast<size_t>(config.server.writer_queue))),
@@ -57,6 +63,10 @@ class GrpcServer : public Server {
         trackers_(MakeThreadPool(ThreadCount(config.server.tracking_threads))),
         queries_(MakeThreadPool(config.server.query_threads)),
         workers_(MakeThreadPool(kOperationThreads)),
+        loaders_(MakeThreadPool(kMapLoadingThreads)),
+        maps_(std::make_unique<MapCache>(CacheLimits(config.server),
+                                         MakeMapLoader(store_.get(), config.slam, std::move(vocabulary)),
+                                         loaders_.get())),
         sessions_(std::make_unique<SessionRegistry>(Environment(), config.slam, std::move(factory), &timer_)),
         operations_(std::make_unique<Operations>(workers_.get(), WallClock)),
         context_(Context()),
@@ -68,6 +78,8 @@ class GrpcServer : public Server {
     Drain();
     operations_.reset();
     workers_.reset();
+    maps_.reset();
+    loaders_.reset();
     queries_.reset();
     trackers_.reset();
     mappers_.reset();
@@ -81,10 +93,12 @@ class GrpcServer : public Server {
 
  private:
   SessionEnvironment Environment() {
-    return {config_.server, store_.get(), trackers_.get(), mappers_.get(), writer_.get(), WallClock};
+    return {config_.server, store_.get(), trackers_.get(), mappers_.get(),
+            writer_.get(),  WallClock,    maps_.get()};
   }
   ServiceContext Context() {
-    return {config_.server, store_.get(), sessions_.get(), &requests_, &timer_, operations_.get(), WallClock};
+    return {config_.server,    store_.get(), sessions_.get(), &requests_, &timer_,
+            operations_.get(), WallClock,    config_.slam,    maps_.get()};
   }
   static TimestampNs WallClock() { return absl::GetCurrentTimeNanos(); }
   std::string Host() const { return config_.server.listen.substr(0, config_.server.listen.rfind(':')); }
@@ -96,6 +110,8 @@ class GrpcServer : public Server {
   std::unique_ptr<Executor> trackers_;
   std::unique_ptr<Executor> queries_;
   std::unique_ptr<Executor> workers_;  // of operations
+  std::unique_ptr<Executor> loaders_;  // of maps
+  std::unique_ptr<MapCache> maps_;
   RequestLog requests_;
   Timer timer_;
   std::unique_ptr<SessionRegistry> sessions_;
@@ -144,9 +160,11 @@ void GrpcServer::Drain() {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Server>> Server::Start(const Config& config, SlamSessionFactory factory) {
+absl::StatusOr<std::unique_ptr<Server>> Server::Start(const Config& config, SlamSessionFactory factory,
+                                                      std::shared_ptr<const Vocabulary> vocabulary) {
   SEMMAP_ASSIGN_OR_RETURN(auto store, storage::OpenMapStore(config.storage));
-  auto server = std::make_unique<GrpcServer>(config, std::move(store), std::move(factory));
+  auto server =
+      std::make_unique<GrpcServer>(config, std::move(store), std::move(factory), std::move(vocabulary));
   SEMMAP_RETURN_IF_ERROR(server->Listen());
   return server;
 }

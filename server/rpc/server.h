@@ -12,8 +12,11 @@ namespace semmap::server {
 // The whole service, listening. Made and drained by one thread.
 class Server {
  public:
-  // Listens on config.server.listen. UNAVAILABLE when that cannot be had, and what OpenMapStore says.
-  static absl::StatusOr<std::unique_ptr<Server>> Start(const Config& config, SlamSessionFactory factory);
+  // Listens on config.server.listen. UNAVAILABLE when that cannot be had, and what OpenMapStore says. Without
+  // a vocabulary no place is found in stored maps.
+  static absl::StatusOr<std::unique_ptr<Server>> Start(
+      const Config& config, SlamSessionFactory factory,
+      std::shared_ptr<const Vocabulary> vocabulary = nullptr);
   virtual ~Server() = default;
 
   virtual int port() const = 0;

@@ -98,8 +98,8 @@ TEST_F(DriveTest, AHelloThatIsRefusedSaysWhy) {
   client::DriveOptions options = DriveTo("town");
   options.mode = v1::SESSION_MODE_EXTEND;
   auto drive = client::Drive::Start(Connect(), options, {});
-  EXPECT_EQ(drive.status().code(), absl::StatusCode::kUnimplemented);
-  EXPECT_EQ(client::ErrorReason(drive.status()), "NOT_IMPLEMENTED");
+  EXPECT_EQ(drive.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(client::ErrorReason(drive.status()), "MAP_NOT_FOUND");
   options.mode = v1::SESSION_MODE_MAP;
   options.rig.mutable_camera()->set_fx(std::numeric_limits<double>::quiet_NaN());
   drive = client::Drive::Start(Connect(), options, {});

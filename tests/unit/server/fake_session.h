@@ -56,8 +56,8 @@ class FakeSession : public Session {
   FakeSession(MapDeltaSink* sink, FrameGate* gate) : sink_(sink), gate_(gate) {}
 
   static SlamSessionFactory Factory(FrameGate* gate) {
-    return [gate](const SlamConfig&, const CameraRig& rig, MapDeltaSink* sink,
-                  Executor*) -> absl::StatusOr<std::unique_ptr<Session>> {
+    return [gate](const SlamConfig&, const CameraRig& rig, MapDeltaSink* sink, Executor*,
+                  SessionStart) -> absl::StatusOr<std::unique_ptr<Session>> {
       if (const absl::Status status = ValidateRig(rig); !status.ok()) return status;
       return std::make_unique<FakeSession>(sink, gate);
     };

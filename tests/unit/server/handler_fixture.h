@@ -45,10 +45,11 @@ class HandlerTest : public testing::Test {
     environment_.mappers = threads_.get();
     environment_.writer = &writer_;
     environment_.wall_clock = [] { return TimestampNs{1'700'000'000'000'000'000}; };
+    environment_.maps = &maps_;
     sessions_ =
         std::make_unique<SessionRegistry>(environment_, SlamConfig(), FakeSession::Factory(&gate_), &timer_);
-    context_ = {environment_.config, store_.get(),           sessions_.get(), &requests_, &timer_,
-                &operations_,        environment_.wall_clock};
+    context_ = {environment_.config,     store_.get(), sessions_.get(), &requests_, &timer_, &operations_,
+                environment_.wall_clock, SlamConfig(), &maps_};
   }
   ~HandlerTest() override {
     gate_.Open();
@@ -103,6 +104,8 @@ class HandlerTest : public testing::Test {
   Timer timer_;
   std::unique_ptr<Executor> workers_ = MakeThreadPool(1);
   Operations operations_{workers_.get(), [] { return TimestampNs{1'700'000'000'000'000'000}; }};
+  std::unique_ptr<Executor> loaders_ = MakeThreadPool(1);
+  MapCache maps_{{}, MakeMapLoader(store_.get(), SlamConfig(), nullptr), loaders_.get()};
   SessionEnvironment environment_;
   std::unique_ptr<SessionRegistry> sessions_;
   ServiceContext context_;

@@ -38,7 +38,11 @@ TEST_F(SessionRegistryTest, RefusesABadHelloAndLeavesNothing) {
   hello_.clear_mode();
   EXPECT_EQ(Refusal(), v1::ERROR_REASON_FIELD_INVALID);
   hello_.set_mode(v1::SESSION_MODE_LOCALIZE);
-  EXPECT_EQ(Refusal(), v1::ERROR_REASON_NOT_IMPLEMENTED);
+  EXPECT_EQ(Refusal(), v1::ERROR_REASON_MAP_NOT_FOUND);
+  ASSERT_TRUE(store_->CreateMap({"empty", 1, SmallRig(), false}).ok());
+  hello_.set_map("maps/empty");
+  EXPECT_EQ(Refusal(), v1::ERROR_REASON_MAP_EMPTY);
+  hello_.set_map("maps/town");
   hello_.set_mode(v1::SESSION_MODE_MAP);
   hello_.mutable_rig()->mutable_camera()->set_fx(std::numeric_limits<double>::quiet_NaN());
   EXPECT_EQ(Refusal(), v1::ERROR_REASON_RIG_INVALID);
@@ -53,6 +57,32 @@ TEST_F(SessionRegistryTest, AMapIsMadeOnceByOneSession) {
   MakeMap("full", "s1", 6);
   hello_.set_map("maps/full");
   EXPECT_EQ(Refusal(), v1::ERROR_REASON_MAP_NOT_EMPTY);
+}
+
+TEST_F(SessionRegistryTest, ManyReadAMapAndOneChangesIt) {
+  MakeMap("full", "s1", 6);
+  hello_.set_map("maps/full");
+  hello_.set_mode(v1::SESSION_MODE_LOCALIZE);
+  ASSERT_TRUE(sessions_->Open(hello_).ok());
+  ASSERT_TRUE(sessions_->Open(hello_).ok());
+  hello_.set_mode(v1::SESSION_MODE_EXTEND);
+  const auto extender = sessions_->Open(hello_);
+  ASSERT_TRUE(extender.ok()) << extender.status();
+  EXPECT_EQ(Refusal(), v1::ERROR_REASON_MAP_IN_USE);
+  hello_.set_mode(v1::SESSION_MODE_LOCALIZE);
+  EXPECT_TRUE(sessions_->Open(hello_).ok());
+  EXPECT_EQ(sessions_->size(), 4U);
+  EXPECT_TRUE(sessions_->IsMapInUse("full"));
+}
+
+TEST_F(SessionRegistryTest, AMapIsExtendedWithTheCamerasThatMadeIt) {
+  MakeMap("full", "s1", 6);
+  hello_.set_map("maps/full");
+  hello_.set_mode(v1::SESSION_MODE_EXTEND);
+  hello_.mutable_rig()->mutable_camera()->set_fx(51);
+  EXPECT_EQ(Refusal(), v1::ERROR_REASON_RIG_INVALID);
+  hello_.set_mode(v1::SESSION_MODE_LOCALIZE);
+  EXPECT_TRUE(sessions_->Open(hello_).ok()) << "to look, any camera will do";
 }
 
 TEST_F(SessionRegistryTest, ARepeatedHelloFindsItsSession) {

@@ -1,0 +1,257 @@
+// Relocalize, and sessions that localize in stored maps and extend them, through the whole service with real
+// SLAM.
+#include <atomic>
+#include <thread>
+
+#include "client/image.h"
+#include "service_fixture.h"
+#include "slam/place/vocabulary.h"
+#include "tests/support/textured_room.h"
+
+namespace semmap {
+namespace {
+
+using ::semmap::testing::GentleDrive;
+using ::semmap::testing::SmallRig;
+using ::semmap::testing::TexturedRoom;
+
+constexpr int kMapFrames = 22;
+constexpr int kFarFrames = 34;
+constexpr double kStep = 0.12;
+// Of a pose against the truth, metres: the map's own error, and a little.
+constexpr double kBound = 0.06;
+
+struct Picture {
+  v1::Image image;
+  v1::Image right;
+};
+
+v1::CameraRig RoomRig(v1::SensorType sensor) {
+  const CameraRig rig = SmallRig(SensorType::kStereo);
+  v1::CameraRig proto;
+  proto.set_sensor(sensor);
+  v1::CameraIntrinsics* camera = proto.mutable_camera();
+  camera->set_width(rig.camera.width);
+  camera->set_height(rig.camera.height);
+  camera->set_fx(rig.camera.fx);
+  camera->set_fy(rig.camera.fy);
+  camera->set_cx(rig.camera.cx);
+  camera->set_cy(rig.camera.cy);
+  camera->set_distortion_model(v1::DISTORTION_MODEL_NONE);
+  if (sensor == v1::SENSOR_TYPE_STEREO) proto.set_baseline_m(rig.baseline_m);
+  return proto;
+}
+
+// Drawn once for all tests.
+const std::vector<Picture>& Pictures() {
+  static const std::vector<Picture> pictures = [] {
+    std::vector<Picture> drawn;
+    const TexturedRoom room(3);
+    const CameraRig rig = SmallRig(SensorType::kStereo);
+    const SE3 left_from_right(Eigen::Quaterniond::Identity(), {rig.baseline_m, 0, 0});
+    for (const SE3& pose : GentleDrive(kFarFrames, kStep)) {
+      drawn.push_back({client::RawImage(room.Render(rig.camera, pose)).value(),
+                       client::RawImage(room.Render(rig.camera, pose * left_from_right)).value()});
+    }
+    return drawn;
+  }();
+  return pictures;
+}
+
+v1::Frame FrameOf(int picture, uint64_t sequence, bool stereo) {
+  v1::Frame frame;
+  frame.set_sequence(sequence);
+  frame.set_timestamp_ns(static_cast<int64_t>(sequence) * 100'000'000);
+  *frame.mutable_image() = Pictures()[static_cast<size_t>(picture)].image;
+  if (stereo) *frame.mutable_right() = Pictures()[static_cast<size_t>(picture)].right;
+  return frame;
+}
+
+class StoredMapTest : public ServiceTest {
+ protected:
+  void SetUp() override {
+    StartRealServer();
+    ASSERT_EQ(Drive(v1::SESSION_MODE_MAP, "room", 0, kMapFrames), kMapFrames);
+  }
+
+  void StartRealServer() {
+    server_.reset();
+    config_.slam.orb.features = 800;
+    const auto vocabulary = LoadVocabulary(config_.slam.place);
+    ASSERT_TRUE(vocabulary.ok()) << vocabulary.status();
+    auto server = server::Server::Start(
+        config_,
+        [vocabulary = *vocabulary](const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink,
+                                   Executor* executor, SessionStart start) {
+          return Session::Create(config, rig, sink, executor, vocabulary, std::move(start));
+        },
+        *vocabulary);
+    ASSERT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+  }
+
+  client::DriveOptions OptionsFor(v1::SessionMode mode, const std::string& map, bool stereo = true) const {
+    client::DriveOptions options = DriveTo(map);
+    options.mode = mode;
+    options.rig = RoomRig(stereo ? v1::SENSOR_TYPE_STEREO : v1::SENSOR_TYPE_MONO);
+    return options;
+  }
+
+  // Drives along pictures [begin, end); how many were tracked. Answers go to recorder_.
+  int Drive(v1::SessionMode mode, const std::string& map, int begin, int end, bool stereo = true) {
+    recorder_ = std::make_unique<Recorder>();
+    auto drive = client::Drive::Start(Connect(), OptionsFor(mode, map, stereo), recorder_->Observer());
+    EXPECT_TRUE(drive.ok()) << drive.status();
+    if (!drive.ok()) return 0;
+    uint64_t sequence = 0;
+    for (int i = begin; i < end; ++i) EXPECT_TRUE((*drive)->Send(FrameOf(i, ++sequence, stereo)).ok());
+    const auto summary = (*drive)->Finish();
+    EXPECT_TRUE(summary.ok()) << summary.status();
+    if (!summary.ok()) return 0;
+    session_ = summary->session();
+    return static_cast<int>(session_.statistics().frames_tracked());
+  }
+
+  absl::StatusOr<v1::RelocalizeResponse> Relocalize(int picture, bool stereo) {
+    v1::RelocalizeRequest request;
+    request.set_map("room");
+    *request.mutable_rig() = RoomRig(stereo ? v1::SENSOR_TYPE_STEREO : v1::SENSOR_TYPE_MONO);
+    *request.mutable_frame() = FrameOf(picture, 0, stereo);
+    return client::Client(Connect()).Relocalize(request);
+  }
+
+  // How far a pose is from where the picture was taken.
+  static double Error(const v1::Pose& map_from_camera, int picture) {
+    const SE3 truth = GentleDrive(1, kStep).front().Inverse() *
+                      GentleDrive(kFarFrames, kStep)[static_cast<size_t>(picture)];
+    const v1::Vector3& t = map_from_camera.translation();
+    return (Eigen::Vector3d(t.x(), t.y(), t.z()) - truth.translation()).norm();
+  }
+
+  v1::Map TheMap() { return client::Client(Connect()).GetMap("room").value(); }
+
+  std::unique_ptr<Recorder> recorder_;
+  v1::Session session_;
+};
+
+TEST_F(StoredMapTest, APictureIsFoundWithOneEyeAndWithTwo) {
+  for (const bool stereo : {false, true}) {
+    for (int picture = 1; picture < kMapFrames; picture += 5) {
+      const auto response = Relocalize(picture, stereo);
+      ASSERT_TRUE(response.ok()) << response.status();
+      ASSERT_EQ(response->result(), v1::RELOCALIZE_RESULT_FOUND) << picture;
+      EXPECT_LT(Error(response->map_from_camera(), picture), kBound) << picture;
+      EXPECT_EQ(response->covariance().upper_triangle_size(), 21);
+      EXPECT_GE(response->inliers(), 50);
+      EXPECT_FALSE(response->keyframe_ids().empty());
+      EXPECT_EQ(response->map_version(), TheMap().version());
+      EXPECT_GT(response->processing_ms(), 0);
+    }
+  }
+}
+
+TEST_F(StoredMapTest, AnswersAreTheSameAfterARestart) {
+  const auto before = Relocalize(7, true);
+  ASSERT_TRUE(before.ok()) << before.status();
+  StartRealServer();
+  const auto after = Relocalize(7, true);
+  ASSERT_TRUE(after.ok()) << after.status();
+  EXPECT_EQ(before->map_from_camera().SerializeAsString(), after->map_from_camera().SerializeAsString());
+  EXPECT_EQ(before->inliers(), after->inliers());
+}
+
+TEST_F(StoredMapTest, APictureOfNothingIsAnAnswer) {
+  v1::RelocalizeRequest request;
+  request.set_map("room");
+  *request.mutable_rig() = RoomRig(v1::SENSOR_TYPE_MONO);
+  *request.mutable_frame()->mutable_image() = GreyImage(480, 320);
+  const auto response = client::Client(Connect()).Relocalize(request);
+  ASSERT_TRUE(response.ok()) << response.status();
+  EXPECT_EQ(response->result(), v1::RELOCALIZE_RESULT_TOO_FEW_FEATURES);
+  request.set_map("nowhere");
+  EXPECT_EQ(client::ErrorReason(client::Client(Connect()).Relocalize(request).status()), "MAP_NOT_FOUND");
+}
+
+TEST_F(StoredMapTest, ManyAskAtOnce) {
+  std::vector<std::thread> callers;
+  std::atomic<int> found = 0;
+  for (int i = 0; i < 4; ++i) {
+    callers.emplace_back([&, i] {
+      for (int picture = i; picture < kMapFrames; picture += 8) {
+        const auto response = Relocalize(picture, true);
+        found += response.ok() && response->result() == v1::RELOCALIZE_RESULT_FOUND &&
+                         Error(response->map_from_camera(), picture) < kBound
+                     ? 1
+                     : 0;
+      }
+    });
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(found, 3 + 3 + 3 + 3 - 2);
+}
+
+TEST_F(StoredMapTest, LocalizingNeverChangesTheMap) {
+  const v1::Map before = TheMap();
+  for (const bool stereo : {true, false}) {
+    EXPECT_EQ(Drive(v1::SESSION_MODE_LOCALIZE, "room", 4, 18, stereo), 14) << stereo;
+    const auto estimates = recorder_->estimates();
+    ASSERT_EQ(estimates.size(), 14U);
+    for (size_t i = 0; i < estimates.size(); ++i) {
+      EXPECT_LT(Error(estimates[i].map_from_camera(), static_cast<int>(i) + 4), kBound) << i;
+      EXPECT_EQ(estimates[i].reference_frame(), v1::REFERENCE_FRAME_MAP);
+    }
+    EXPECT_EQ(session_.last_acknowledged_sequence(), 14U);
+  }
+  const v1::Map after = TheMap();
+  EXPECT_EQ(after.version(), before.version());
+  EXPECT_EQ(after.keyframe_count(), before.keyframe_count());
+  EXPECT_EQ(after.point_count(), before.point_count());
+  EXPECT_EQ(StoredFrames("maps/room").size(), static_cast<size_t>(kMapFrames + 2 * 14));
+}
+
+TEST_F(StoredMapTest, ExtendingAddsToTheMap) {
+  const v1::Map before = TheMap();
+  // The first frame is found after it was answered.
+  EXPECT_GE(Drive(v1::SESSION_MODE_EXTEND, "room", 10, kFarFrames), kFarFrames - 10 - 1);
+  const auto estimates = recorder_->estimates();
+  for (size_t i = 1; i < estimates.size(); ++i)
+    EXPECT_LT(Error(estimates[i].map_from_camera(), static_cast<int>(i) + 10), kBound) << i;
+  const v1::Map after = TheMap();
+  EXPECT_GT(after.version(), before.version());
+  EXPECT_GT(after.keyframe_count(), before.keyframe_count());
+  EXPECT_GT(after.point_count(), before.point_count());
+  const auto check = client::Client(Connect()).CheckMap("room", nullptr);
+  ASSERT_TRUE(check.ok()) << check.status();
+  EXPECT_EQ(check->findings_size(), 0) << check->DebugString();
+  // Places beyond the old end are in the map now.
+  const auto response = Relocalize(kFarFrames - 2, true);
+  ASSERT_TRUE(response.ok()) << response.status();
+  ASSERT_EQ(response->result(), v1::RELOCALIZE_RESULT_FOUND);
+  EXPECT_LT(Error(response->map_from_camera(), kFarFrames - 2), kBound);
+}
+
+TEST_F(StoredMapTest, OneChangesAMapAtATime) {
+  auto first = client::Drive::Start(Connect(), OptionsFor(v1::SESSION_MODE_EXTEND, "room"), {});
+  ASSERT_TRUE(first.ok()) << first.status();
+  const auto second = client::Drive::Start(Connect(), OptionsFor(v1::SESSION_MODE_EXTEND, "room"), {});
+  EXPECT_EQ(client::ErrorReason(second.status()), "MAP_IN_USE");
+  EXPECT_EQ(Drive(v1::SESSION_MODE_LOCALIZE, "room", 4, 8), 4) << "beside it one may look";
+  EXPECT_TRUE((*first)->Finish().ok());
+}
+
+TEST_F(StoredMapTest, WhoLooksInTheWrongMapIsLostAndTold) {
+  recorder_ = std::make_unique<Recorder>();
+  auto drive = client::Drive::Start(Connect(), OptionsFor(v1::SESSION_MODE_LOCALIZE, "room", false),
+                                    recorder_->Observer());
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  v1::Frame frame = FrameOf(0, 1, false);
+  *frame.mutable_image() = GreyImage(480, 320);
+  ASSERT_TRUE((*drive)->Send(frame).ok());
+  ASSERT_TRUE((*drive)->Finish().ok());
+  ASSERT_EQ(recorder_->estimates().size(), 1U);
+  EXPECT_EQ(recorder_->estimates()[0].state(), v1::TRACKING_STATE_LOST);
+  EXPECT_EQ(recorder_->estimates()[0].lost_because(), v1::RELOCALIZE_RESULT_NO_CANDIDATES);
+}
+
+}  // namespace
+}  // namespace semmap
