@@ -1,0 +1,115 @@
+#!/usr/bin/env bash
+# Relocalization in stored maps, through the service: a map of one drive, pictures of others.
+#   tests/bench/map_relocalization.sh [--town DIR] [--preset NAME] [--config FILE] [--every N]
+# Real frames: the even frames of kitti00_mono200 make a map, the odd ones are looked for in it. Town (with --town): DIR holds the
+# drives, and those that are missing are drawn first (hours on a slow machine): a map of route 2 at noon, other traffic at noon, under an
+# overcast sky and at dusk, and route 3, which is elsewhere but for its ends. The server is restarted between two runs of
+# the first, whose answers must not differ. Every answer that is wrong by over 5 m counts as a failure of this script.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+
+town=
+preset=release
+config=config/semmapd.yaml
+every=3
+while (($#)); do
+  case $1 in
+    --town) town=$2; shift 2 ;;
+    --preset) preset=$2; shift 2 ;;
+    --config) config=$2; shift 2 ;;
+    --every) every=$2; shift 2 ;;
+    *) echo "unknown argument $1" >&2; exit 2 ;;
+  esac
+done
+
+bin=build/$preset/bin
+data=${SEMMAP_SHARED:-../shared}/data/sequences
+work=$(mktemp -d)
+server_pid=
+stop_server() {
+  [[ -n $server_pid ]] && kill "$server_pid" 2>/dev/null && wait "$server_pid" || true
+  server_pid=
+}
+trap 'stop_server; rm -rf "$work"' EXIT
+
+start_server() {
+  : >"$work/server.out"
+  "$bin/semmapd" --config "$config" --data "$work/store" --listen 127.0.0.1:0 >"$work/server.out" 2>>"$work/server.log" &
+  server_pid=$!
+  for _ in $(seq 100); do
+    address=$(sed -n 's/^listening on //p' "$work/server.out")
+    [[ -n $address ]] && return
+    sleep 0.1
+  done
+  echo "the server did not start" >&2
+  cat "$work/server.log" >&2
+  exit 1
+}
+
+make_map() {  # name source sensor
+  "$bin/semmap" drive --server "$address" --source "kitti:$2" --sensor "$3" --mode map --map "$1" --vehicle mapper --json \
+    >"$work/$1.drive.json"
+}
+
+failures=0
+ask() {  # label, then arguments of the benchmark
+  local label=$1
+  shift
+  "$bin/map_relocalization" --server "$address" "$@" >"$work/table"
+  if [[ -z ${heading_printed:-} ]]; then
+    printf '%-22s %s\n' queries "$(sed -n 1p "$work/table")"
+    heading_printed=1
+  fi
+  printf '%-22s %s\n' "$label" "$(sed -n 2p "$work/table")"
+  sed -n '3,$p' "$work/table"
+  [[ $(awk 'NR == 2 {print $(NF - 2)}' "$work/table") == 0 ]] || failures=1
+}
+
+every_other() {  # source target first
+  mkdir -p "$2/image_0"
+  cp "$1/calib.txt" "$2/"
+  awk -v f="$3" '(NR - 1) % 2 == f' "$1/times.txt" >"$2/times.txt"
+  awk -v f="$3" '(NR - 1) % 2 == f' "$1/poses.txt" >"$2/poses.txt"
+  local i=0 image
+  for image in "$1"/image_0/*; do
+    ((i++ % 2 == $3)) && ln -s "$(realpath "$image")" "$2/image_0/"
+  done
+  return 0
+}
+
+draw() {  # folder, then arguments of the drive
+  local folder=$1
+  shift
+  [[ -f $folder/times.txt ]] && return
+  printf 'frames_per_second: 10\n' >"$work/rig.yaml"
+  "$bin/semmap" town drive --seed 1 --vehicles 20 --pedestrians 10 --grey --no-class --no-depth --rig "$work/rig.yaml" \
+    --output "$folder" "$@" >&2
+}
+
+start_server
+if [[ -d $data/kitti00_mono200 ]]; then
+  every_other "$data/kitti00_mono200" "$work/even" 0
+  every_other "$data/kitti00_mono200" "$work/odd" 1
+  make_map kitti "$work/even" mono
+  kitti=(--map kitti --map-times "$work/even/times.txt" --map-truth "$work/even/poses.txt" --query "kitti:$work/odd"
+    --query-truth "$work/odd/poses.txt" --with-scale)
+  ask "kitti00, odd frames" "${kitti[@]}" --answers "$work/before.json"
+  stop_server
+  start_server
+  ask "after a restart" "${kitti[@]}" --compare "$work/before.json"
+fi
+if [[ -n $town ]]; then
+  draw "$town/map_r2" --route 2 --traffic-seed 1 --stereo --weather noon
+  draw "$town/q_noon" --route 2 --traffic-seed 7 --stereo --weather noon
+  draw "$town/q_overcast" --route 2 --traffic-seed 8 --weather overcast
+  draw "$town/q_else" --route 3 --traffic-seed 9 --weather noon
+  draw "$town/q_dusk" --route 2 --traffic-seed 10 --weather dusk
+  make_map town "$town/map_r2" stereo
+  for query in noon overcast dusk else; do
+    ask "town, $query" --map town --map-times "$town/map_r2/times.txt" --map-truth "$town/map_r2/poses_town.txt" \
+      --query "kitti:$town/q_$query" --query-truth "$town/q_$query/poses_town.txt" --every "$every"
+  done
+  ask "town, noon, stereo" --map town --map-times "$town/map_r2/times.txt" --map-truth "$town/map_r2/poses_town.txt" \
+    --query "kitti:$town/q_noon" --query-truth "$town/q_noon/poses_town.txt" --every "$every" --sensor stereo
+fi
+exit "$failures"
