@@ -52,8 +52,7 @@ RawLayout LayoutOf(v1::ImageEncoding encoding, ImageRole role) {
 cv::Mat CopyRaw(const v1::Image& image, const RawLayout& layout, cv::Size size) {
   cv::Mat pixels(size, layout.type);
   std::memcpy(pixels.data, image.data().data(), image.data().size());
-  if (image.encoding() == v1::IMAGE_ENCODING_RAW_RGB8) cv::cvtColor(pixels, pixels, cv::COLOR_RGB2GRAY);
-  if (image.encoding() == v1::IMAGE_ENCODING_RAW_BGR8) cv::cvtColor(pixels, pixels, cv::COLOR_BGR2GRAY);
+  if (image.encoding() == v1::IMAGE_ENCODING_RAW_RGB8) cv::cvtColor(pixels, pixels, cv::COLOR_RGB2BGR);
   if (layout.type == CV_32FC1) cv::patchNaNs(pixels, 0.0);
   return pixels;
 }
@@ -80,18 +79,15 @@ absl::StatusOr<cv::Mat> DecodeRaw(const v1::Image& image, ImageRole role, cv::Si
   return pixels;
 }
 
-absl::StatusOr<cv::Mat> DecodeJpeg(const v1::Image& image, ImageRole role, cv::Size size) {
-  // Lossy compression invents depths and classes.
-  if (role != ImageRole::kGrey) return Unsupported("must not be JPEG");
-  auto grey = DecodeJpegGrey(image.data(), size);
-  if (grey.ok()) return grey;
-  switch (grey.status().code()) {
+absl::Status JpegError(const absl::Status& status) {
+  const std::string message(status.message());
+  switch (status.code()) {
     case absl::StatusCode::kOutOfRange:
-      return Error(v1::ERROR_REASON_IMAGE_SIZE_MISMATCH, std::string(grey.status().message()));
+      return Error(v1::ERROR_REASON_IMAGE_SIZE_MISMATCH, message);
     case absl::StatusCode::kUnimplemented:
-      return Unsupported(std::string(grey.status().message()));
+      return Unsupported(message);
     default:
-      return Corrupt(std::string(grey.status().message()));
+      return Corrupt(message);
   }
 }
 
@@ -121,34 +117,81 @@ absl::StatusOr<cv::Mat> DecodePng(const v1::Image& image, ImageRole role, cv::Si
     return OtherSize(header->width, header->height, size);
   }
   if (absl::Status status = CheckPngLayout(*header, role); !status.ok()) return status;
-  const int flags = role == ImageRole::kGrey ? cv::IMREAD_GRAYSCALE : cv::IMREAD_UNCHANGED;
+  int flags = cv::IMREAD_UNCHANGED;
+  if (role == ImageRole::kGrey) flags = header->grey ? cv::IMREAD_GRAYSCALE : cv::IMREAD_COLOR;
   cv::Mat pixels = DecodeWithOpenCv(image.data(), flags);
   if (pixels.size() != size) return Corrupt("cannot be decoded");
-  if (pixels.channels() != 1) return Unsupported("must have one channel");
+  if (role != ImageRole::kGrey && pixels.channels() != 1) return Unsupported("must have one channel");
   if (role == ImageRole::kDepth && pixels.type() == CV_8UC1) pixels.convertTo(pixels, CV_16U);
   return pixels;
 }
 
-absl::StatusOr<cv::Mat> Decode(const v1::Image& image, ImageRole role, cv::Size size) {
-  const bool raw = image.encoding() != v1::IMAGE_ENCODING_JPEG && image.encoding() != v1::IMAGE_ENCODING_PNG;
-  if (raw) return DecodeRaw(image, role, size);
+bool IsFile(const v1::Image& image) {
+  return image.encoding() == v1::IMAGE_ENCODING_JPEG || image.encoding() == v1::IMAGE_ENCODING_PNG;
+}
+
+// What a message says about the size of a file must be true.
+absl::Status CheckDeclaredSize(const v1::Image& image, cv::Size size) {
   const bool says_size = image.width() != 0 || image.height() != 0;
-  if (says_size && (image.width() != size.width || image.height() != size.height)) {
-    return OtherSize(image.width(), image.height(), size);
+  const bool right = image.width() == size.width && image.height() == size.height;
+  return says_size && !right ? OtherSize(image.width(), image.height(), size) : absl::OkStatus();
+}
+
+// Everything but JPEG. Images of ImageRole::kGrey come as BGR if they have colours.
+absl::StatusOr<cv::Mat> DecodeLossless(const v1::Image& image, ImageRole role, cv::Size size) {
+  if (!IsFile(image)) return DecodeRaw(image, role, size);
+  if (absl::Status status = CheckDeclaredSize(image, size); !status.ok()) return status;
+  // Lossy compression invents depths and classes.
+  if (image.encoding() == v1::IMAGE_ENCODING_JPEG) return Unsupported("must not be JPEG");
+  return DecodePng(image, role, size);
+}
+
+absl::StatusOr<ColourImage> DecodeJpeg(const v1::Image& image, bool with_colour, cv::Size size) {
+  if (absl::Status status = CheckDeclaredSize(image, size); !status.ok()) return status;
+  if (with_colour) {
+    auto decoded = DecodeJpegColour(image.data(), size);
+    if (!decoded.ok()) return JpegError(decoded.status());
+    return ColourImage{decoded->grey, decoded->colour};
   }
-  return image.encoding() == v1::IMAGE_ENCODING_JPEG ? DecodeJpeg(image, role, size)
-                                                     : DecodePng(image, role, size);
+  auto grey = DecodeJpegGrey(image.data(), size);
+  if (!grey.ok()) return JpegError(grey.status());
+  return ColourImage{*grey, {}};
+}
+
+absl::StatusOr<ColourImage> DecodePicture(const v1::Image& image, bool with_colour, cv::Size size) {
+  if (image.encoding() == v1::IMAGE_ENCODING_JPEG) return DecodeJpeg(image, with_colour, size);
+  auto pixels = DecodeLossless(image, ImageRole::kGrey, size);
+  if (!pixels.ok()) return pixels.status();
+  if (pixels->channels() == 1) return ColourImage{*pixels, *pixels};
+  ColourImage picture{{}, *pixels};
+  cv::cvtColor(picture.colour, picture.grey, cv::COLOR_BGR2GRAY);
+  return picture;
+}
+
+absl::Status WithField(const absl::Status& status, const char* field, uint64_t sequence) {
+  return Error(ReasonOf(status), absl::StrCat(field, " of frame ", sequence, ": ", status.message()),
+               {{"field", field}, {"sequence", std::to_string(sequence)}});
 }
 
 }  // namespace
 
+absl::StatusOr<ColourImage> DecodeColourImage(const v1::Image& image, cv::Size size, const char* field,
+                                              uint64_t sequence) {
+  auto picture = DecodePicture(image, true, size);
+  if (!picture.ok()) return WithField(picture.status(), field, sequence);
+  return picture;
+}
+
 absl::StatusOr<cv::Mat> DecodeImage(const v1::Image& image, ImageRole role, cv::Size size, const char* field,
                                     uint64_t sequence) {
-  auto pixels = Decode(image, role, size);
-  if (pixels.ok()) return pixels;
-  return Error(ReasonOf(pixels.status()),
-               absl::StrCat(field, " of frame ", sequence, ": ", pixels.status().message()),
-               {{"field", field}, {"sequence", std::to_string(sequence)}});
+  if (role == ImageRole::kGrey) {
+    auto picture = DecodePicture(image, false, size);
+    if (!picture.ok()) return WithField(picture.status(), field, sequence);
+    return std::move(picture->grey);
+  }
+  auto pixels = DecodeLossless(image, role, size);
+  if (!pixels.ok()) return WithField(pixels.status(), field, sequence);
+  return pixels;
 }
 
 }  // namespace semmap::server

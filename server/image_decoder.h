@@ -20,4 +20,13 @@ enum class ImageRole {
 absl::StatusOr<cv::Mat> DecodeImage(const v1::Image& image, ImageRole role, cv::Size size, const char* field,
                                     uint64_t sequence);
 
+struct ColourImage {
+  cv::Mat grey;    // CV_8UC1; the same as for ImageRole::kGrey
+  cv::Mat colour;  // CV_8UC3 BGR; `grey` itself when the image has no colours
+};
+
+// The same for an image of ImageRole::kGrey whose colours are wanted, too.
+absl::StatusOr<ColourImage> DecodeColourImage(const v1::Image& image, cv::Size size, const char* field,
+                                              uint64_t sequence);
+
 }  // namespace semmap::server

@@ -6,8 +6,10 @@
 #include <string>
 
 #include <jpeglib.h>
+#include <opencv2/imgproc.hpp>
 
 #include "absl/strings/str_cat.h"
+#include "slam/common/status_macros.h"
 
 namespace semmap::server {
 namespace {
@@ -61,25 +63,35 @@ bool HasGreyOrColour(const jpeg_decompress_struct& info) {
          info.jpeg_color_space == JCS_RGB;
 }
 
-Outcome ReadPixels(jpeg_decompress_struct* info, std::string_view file, cv::Mat* grey) {
+// What is wanted of a file, and what it has.
+struct Request {
+  J_COLOR_SPACE wanted = JCS_GRAYSCALE;  // of `pixels`; JCS_YCbCr only of a file that is made of it
+  cv::Mat* pixels = nullptr;             // allocated as large as the file should be
+  J_COLOR_SPACE found = JCS_UNKNOWN;
+};
+
+Outcome ReadPixels(jpeg_decompress_struct* info, std::string_view file, Request* request) {
+  cv::Mat* pixels = request->pixels;
   jpeg_mem_src(info, reinterpret_cast<const unsigned char*>(file.data()), file.size());
   jpeg_read_header(info, TRUE);
-  if (static_cast<int64_t>(info->image_width) != grey->cols ||
-      static_cast<int64_t>(info->image_height) != grey->rows) {
+  if (static_cast<int64_t>(info->image_width) != pixels->cols ||
+      static_cast<int64_t>(info->image_height) != pixels->rows) {
     return Outcome::kOtherSize;
   }
-  if (!HasGreyOrColour(*info)) return Outcome::kOtherColours;
-  info->out_color_space = JCS_GRAYSCALE;
+  request->found = info->jpeg_color_space;
+  const bool convertible = request->wanted != JCS_YCbCr || request->found == JCS_YCbCr;
+  if (!HasGreyOrColour(*info) || !convertible) return Outcome::kOtherColours;
+  info->out_color_space = request->wanted;
   jpeg_start_decompress(info);
   while (info->output_scanline < info->output_height) {
-    JSAMPROW row = grey->ptr<uchar>(static_cast<int>(info->output_scanline));
+    JSAMPROW row = pixels->ptr<uchar>(static_cast<int>(info->output_scanline));
     jpeg_read_scanlines(info, &row, 1);
   }
   jpeg_finish_decompress(info);
   return info->err->num_warnings == 0 ? Outcome::kDecoded : Outcome::kDamaged;
 }
 
-Outcome DecodeInto(std::string_view file, cv::Mat* grey, ErrorManager* errors) {
+Outcome DecodeInto(std::string_view file, Request* request, ErrorManager* errors) {
   jpeg_decompress_struct info;
   ProgressMonitor progress;
   SetUp(&info, errors, &progress);
@@ -89,19 +101,15 @@ Outcome DecodeInto(std::string_view file, cv::Mat* grey, ErrorManager* errors) {
   }
   jpeg_create_decompress(&info);
   info.progress = &progress.base;
-  const Outcome outcome = ReadPixels(&info, file, grey);
+  const Outcome outcome = ReadPixels(&info, file, request);
   jpeg_destroy_decompress(&info);
   return outcome;
 }
 
-}  // namespace
-
-absl::StatusOr<cv::Mat> DecodeJpegGrey(std::string_view file, cv::Size size) {
-  cv::Mat grey(size, CV_8UC1);
-  ErrorManager errors;
-  switch (DecodeInto(file, &grey, &errors)) {
+absl::Status ToStatus(Outcome outcome, cv::Size size, const ErrorManager& errors) {
+  switch (outcome) {
     case Outcome::kDecoded:
-      return grey;
+      return absl::OkStatus();
     case Outcome::kOtherSize:
       return absl::OutOfRangeError(absl::StrCat("the JPEG file is not ", size.width, " x ", size.height));
     case Outcome::kOtherColours:
@@ -110,6 +118,44 @@ absl::StatusOr<cv::Mat> DecodeJpegGrey(std::string_view file, cv::Size size) {
       break;
   }
   return absl::DataLossError(absl::StrCat("the JPEG file is damaged: ", errors.message));
+}
+
+// The colours of a file of which `luma_and_chroma` are the pixels as they are stored: Y, Cb, Cr.
+JpegImage FromYcc(const cv::Mat& luma_and_chroma) {
+  JpegImage image;
+  cv::extractChannel(luma_and_chroma, image.grey, 0);
+  // OpenCV wants Cr first.
+  cv::Mat reordered(luma_and_chroma.size(), CV_8UC3);
+  cv::mixChannels({luma_and_chroma}, {reordered}, {0, 0, 1, 2, 2, 1});
+  cv::cvtColor(reordered, image.colour, cv::COLOR_YCrCb2BGR);
+  return image;
+}
+
+}  // namespace
+
+absl::StatusOr<cv::Mat> DecodeJpegGrey(std::string_view file, cv::Size size) {
+  cv::Mat grey(size, CV_8UC1);
+  ErrorManager errors;
+  Request request{JCS_GRAYSCALE, &grey};
+  SEMMAP_RETURN_IF_ERROR(ToStatus(DecodeInto(file, &request, &errors), size, errors));
+  return grey;
+}
+
+absl::StatusOr<JpegImage> DecodeJpegColour(std::string_view file, cv::Size size) {
+  cv::Mat pixels(size, CV_8UC3);
+  ErrorManager errors;
+  Request request{JCS_YCbCr, &pixels};
+  const Outcome outcome = DecodeInto(file, &request, &errors);
+  if (outcome == Outcome::kDecoded) return FromYcc(pixels);
+  if (outcome != Outcome::kOtherColours) return ToStatus(outcome, size, errors);
+  JpegImage image;
+  SEMMAP_ASSIGN_OR_RETURN(image.grey, DecodeJpegGrey(file, size));
+  image.colour = image.grey;
+  if (request.found == JCS_GRAYSCALE) return image;
+  Request stored_as_rgb{JCS_EXT_BGR, &pixels};
+  SEMMAP_RETURN_IF_ERROR(ToStatus(DecodeInto(file, &stored_as_rgb, &errors), size, errors));
+  image.colour = pixels;
+  return image;
 }
 
 }  // namespace semmap::server

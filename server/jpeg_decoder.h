@@ -14,4 +14,12 @@ namespace semmap::server {
 // damaged file, UNIMPLEMENTED for one that is not grey, YCbCr or RGB.
 absl::StatusOr<cv::Mat> DecodeJpegGrey(std::string_view file, cv::Size size);
 
+struct JpegImage {
+  cv::Mat grey;    // CV_8UC1, what DecodeJpegGrey gives
+  cv::Mat colour;  // CV_8UC3 BGR; `grey` itself when the file is grey
+};
+
+// The same with the colours, for little more than the time of one.
+absl::StatusOr<JpegImage> DecodeJpegColour(std::string_view file, cv::Size size);
+
 }  // namespace semmap::server
