@@ -24,14 +24,21 @@ absl::Status CheckImagesPresent(const v1::Frame& frame, SensorType sensor) {
   return CheckPresence(frame.has_depth(), sensor == SensorType::kRgbd, "depth", sequence);
 }
 
-absl::StatusOr<FrameInput> DecodeFrame(const v1::Frame& frame, const CameraRig& rig) {
+absl::StatusOr<FrameInput> DecodeFrame(const v1::Frame& frame, const CameraRig& rig, bool with_colour) {
   SEMMAP_RETURN_IF_ERROR(CheckImagesPresent(frame, rig.sensor));
   const uint64_t sequence = frame.sequence();
   const cv::Size size(rig.camera.width, rig.camera.height);
   FrameInput input;
   input.sequence = sequence;
   input.timestamp = frame.timestamp_ns();
-  SEMMAP_ASSIGN_OR_RETURN(input.image, DecodeImage(frame.image(), ImageRole::kGrey, size, "image", sequence));
+  if (with_colour && !frame.has_class_mask()) {
+    SEMMAP_ASSIGN_OR_RETURN(ColourImage image, DecodeColourImage(frame.image(), size, "image", sequence));
+    input.image = std::move(image.grey);
+    input.colour = std::move(image.colour);
+  } else {
+    SEMMAP_ASSIGN_OR_RETURN(input.image,
+                            DecodeImage(frame.image(), ImageRole::kGrey, size, "image", sequence));
+  }
   if (frame.has_right()) {
     SEMMAP_ASSIGN_OR_RETURN(input.right,
                             DecodeImage(frame.right(), ImageRole::kGrey, size, "right", sequence));

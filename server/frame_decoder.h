@@ -11,8 +11,9 @@ namespace semmap::server {
 // IMAGE_UNEXPECTED.
 absl::Status CheckImagesPresent(const v1::Frame& frame, SensorType sensor);
 
-// The frame with its images decoded and checked against the rig. Errors: those of CheckImagesPresent and
-// DecodeImage. Thread-safe.
-absl::StatusOr<FrameInput> DecodeFrame(const v1::Frame& frame, const CameraRig& rig);
+// The frame with its images decoded and checked against the rig; with the colours of its image if
+// `with_colour` and it does not bring a class mask, which makes them needless. Errors: those of
+// CheckImagesPresent and DecodeImage. Thread-safe.
+absl::StatusOr<FrameInput> DecodeFrame(const v1::Frame& frame, const CameraRig& rig, bool with_colour);
 
 }  // namespace semmap::server

@@ -11,6 +11,7 @@
 #include "server/rpc/server.h"
 #include "slam/pipeline/session.h"
 #include "slam/place/vocabulary.h"
+#include "slam/semantics/torch/torch_segmenter.h"
 #include "storage/map_store.h"
 
 namespace {
@@ -52,12 +53,14 @@ absl::StatusOr<Config> ReadConfig(const Options& options) {
   return config;
 }
 
-// Sessions share one vocabulary.
+// Sessions share one vocabulary and one segmentation network.
 semmap::server::SlamSessionFactory MakeSessionFactory(
-    const std::shared_ptr<const semmap::Vocabulary>& vocabulary) {
-  return [vocabulary](const semmap::SlamConfig& config, const semmap::CameraRig& rig,
-                      semmap::MapDeltaSink* sink, semmap::Executor* executor, semmap::SessionStart start) {
-    return semmap::Session::Create(config, rig, sink, executor, vocabulary, std::move(start));
+    const std::shared_ptr<const semmap::Vocabulary>& vocabulary,
+    const std::shared_ptr<semmap::SegmentationQueue>& segmentation) {
+  return [vocabulary, segmentation](const semmap::SlamConfig& config, const semmap::CameraRig& rig,
+                                    semmap::MapDeltaSink* sink, semmap::Executor* executor,
+                                    semmap::SessionStart start) {
+    return semmap::Session::Create(config, rig, sink, executor, vocabulary, segmentation, std::move(start));
   };
 }
 
@@ -85,7 +88,9 @@ int Run(const Options& options) {
   semmap::server::SetUpLogging(config->server.log_level);
   const auto vocabulary = semmap::LoadVocabulary(config->slam.place);
   if (!vocabulary.ok()) return Fail(vocabulary.status());
-  auto server = Server::Start(*config, MakeSessionFactory(*vocabulary), *vocabulary);
+  const auto segmentation = semmap::LoadSegmentation(config->slam.segmentation);
+  if (!segmentation.ok()) return Fail(segmentation.status());
+  auto server = Server::Start(*config, MakeSessionFactory(*vocabulary, *segmentation), *vocabulary);
   if (!server.ok()) return Fail(server.status());
   std::printf("listening on %s\n", (*server)->address().c_str());
   std::fflush(stdout);

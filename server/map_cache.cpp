@@ -179,12 +179,13 @@ MapCache::Loader MakeMapLoader(storage::MapStore* store, const SlamConfig& slam,
                                std::shared_ptr<const Vocabulary> vocabulary) {
   return [store, slam, vocabulary](storage::MapId map,
                                    size_t max_bytes) -> absl::StatusOr<MapCache::Snapshot> {
-    auto restored =
-        storage::LoadMap(*store, map, ScalePyramidInfo(slam.orb.levels, slam.orb.scale_factor), max_bytes);
+    auto restored = storage::LoadMap(*store, map, ScalePyramidInfo(slam.orb.levels, slam.orb.scale_factor),
+                                     max_bytes, slam.semantics.PointPolicy());
     if (absl::IsResourceExhausted(restored.status())) return restored.status();
     if (!restored.ok()) return FromStore(restored.status());
     return MakeMapSnapshot(std::move(restored->map), restored->memory_bytes, restored->info.version,
-                           restored->info.scale_known, vocabulary, slam.place.query);
+                           restored->info.scale_known, vocabulary, slam.place.query,
+                           slam.semantics.InactiveClasses());
   };
 }
 

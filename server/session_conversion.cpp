@@ -22,6 +22,7 @@ v1::ProcessingTimes ToProto(const StageTimes& times) {
   v1::ProcessingTimes proto;
   proto.set_extract_ms(times.extract_ms);
   proto.set_stereo_ms(times.stereo_ms);
+  proto.set_classify_ms(times.classify_ms);
   proto.set_match_ms(times.match_ms);
   proto.set_optimize_ms(times.optimize_ms);
   proto.set_track_ms(times.total_ms);

@@ -203,7 +203,8 @@ absl::StatusOr<SessionStart> SessionRegistry::LoadStart(const SessionIdentity& i
   // Its own copy, and of this very moment: nobody else changes the map from now on.
   const size_t max_bytes = static_cast<size_t>(environment_.config.map_memory_mb) << 20;
   auto restored = storage::LoadMap(*environment_.store, map.id,
-                                   ScalePyramidInfo(slam_.orb.levels, slam_.orb.scale_factor), max_bytes);
+                                   ScalePyramidInfo(slam_.orb.levels, slam_.orb.scale_factor), max_bytes,
+                                   slam_.semantics.PointPolicy());
   if (absl::IsResourceExhausted(restored.status()))
     return WithReason(restored.status(), v1::ERROR_REASON_MAP_TOO_LARGE);
   if (!restored.ok()) return FromStore(restored.status());

@@ -43,6 +43,17 @@ double MillisecondsBetween(absl::Time start, absl::Time end) {
   return absl::ToDoubleMilliseconds(end - start);
 }
 
+// A vehicle that waits gets the classes of its frames, however long that takes.
+SlamConfig ForPolicy(SlamConfig config, v1::OverloadPolicy policy) {
+  SegmentationConfig& segmentation = config.segmentation;
+  if (policy == v1::OVERLOAD_POLICY_BLOCK) {
+    segmentation.max_wait_ms = 0;
+  } else if (segmentation.mode != SegmentationMode::kOff) {
+    segmentation.mode = segmentation.live_mode;
+  }
+  return config;
+}
+
 }  // namespace
 
 VehicleSession::VehicleSession(SessionIdentity identity, const SessionEnvironment& environment)
@@ -55,7 +66,9 @@ VehicleSession::~VehicleSession() = default;
 
 absl::Status VehicleSession::CreateSlam(const SlamSessionFactory& factory, const SlamConfig& config,
                                         SessionStart start) {
-  auto slam = factory(config, identity_.rig, this, environment_.mappers, std::move(start));
+  const SlamConfig own = ForPolicy(config, identity_.policy);
+  keeps_colours_ = own.segmentation.mode != SegmentationMode::kOff;
+  auto slam = factory(own, identity_.rig, this, environment_.mappers, std::move(start));
   if (!slam.ok()) {
     const bool bad_rig = slam.status().code() == absl::StatusCode::kInvalidArgument;
     return WithReason(slam.status(), bad_rig ? v1::ERROR_REASON_RIG_INVALID : v1::ERROR_REASON_INTERNAL);
@@ -199,7 +212,7 @@ void VehicleSession::Step() {
 
 void VehicleSession::Process(const QueuedFrame& queued) {
   const absl::Time start = absl::Now();
-  auto input = DecodeFrame(queued.frame, identity_.rig);
+  auto input = DecodeFrame(queued.frame, identity_.rig, keeps_colours_);
   const absl::Time decoded = absl::Now();
   absl::Status failure = input.status();
   v1::SessionEndReason reason = v1::SESSION_END_REASON_BAD_REQUEST;
@@ -413,6 +426,8 @@ v1::Session VehicleSession::SnapshotLocked() const {
   statistics->set_resumes(resumes_);
   statistics->set_keyframes(slam_stats_.keyframes);
   statistics->set_points(slam_stats_.points);
+  statistics->set_frames_classified(slam_stats_.classified_frames);
+  statistics->set_frames_unclassified(slam_stats_.unclassified_frames);
   session.set_last_received_sequence(queue_.last_sequence());
   session.set_last_acknowledged_sequence(acknowledged_);
   return session;

@@ -144,6 +144,7 @@ class VehicleSession : public std::enable_shared_from_this<VehicleSession>, priv
 
   // Touched by Step alone.
   std::unique_ptr<Session> slam_;
+  bool keeps_colours_ = false;
   // Touched by the writer's thread alone.
   bool store_failed_ = false;
   uint64_t stored_deltas_ = 0;

@@ -11,12 +11,12 @@ namespace {
 
 class Loader : public MapReader {
  public:
-  Loader(const ScalePyramidInfo& scale_info, size_t max_bytes)
-      : scale_info_(scale_info), max_bytes_(max_bytes) {}
+  Loader(const ScalePyramidInfo& scale_info, size_t max_bytes, PointClassPolicy classes)
+      : scale_info_(scale_info), max_bytes_(max_bytes), classes_(classes) {}
 
   absl::Status OnMap(const MapInfo& map) override {
     info_ = map;
-    restorer_.emplace(scale_info_, map.last_point_id);
+    restorer_.emplace(scale_info_, map.last_point_id, classes_);
     return absl::OkStatus();
   }
 
@@ -56,6 +56,7 @@ class Loader : public MapReader {
 
   const ScalePyramidInfo& scale_info_;
   const size_t max_bytes_;
+  const PointClassPolicy classes_;
   MapInfo info_;
   std::optional<MapRestorer> restorer_;
   std::unordered_map<SessionId, ImageBounds, IdHash> bounds_;
@@ -64,8 +65,8 @@ class Loader : public MapReader {
 }  // namespace
 
 absl::StatusOr<RestoredMap> LoadMap(MapStore& store, MapId map, const ScalePyramidInfo& scale_info,
-                                    size_t max_bytes) {
-  Loader loader(scale_info, max_bytes);
+                                    size_t max_bytes, PointClassPolicy classes) {
+  Loader loader(scale_info, max_bytes, classes);
   SEMMAP_RETURN_IF_ERROR(store.ReadWhole(map, &loader));
   return std::move(loader).Finish();
 }

@@ -19,6 +19,8 @@ nlohmann::json DriveJson(const PlayResult& result, const DriveMonitor::Latencies
       {"tracked", statistics.frames_tracked()},
       {"tracked_share", share},
       {"dropped", statistics.frames_dropped()},
+      {"classified", statistics.frames_classified()},
+      {"unclassified", statistics.frames_unclassified()},
       {"keyframes", statistics.keyframes()},
       {"points", statistics.points()},
       {"resumes", statistics.resumes()},
@@ -53,6 +55,10 @@ std::string DriveTable(const nlohmann::json& summary) {
       number("median_ms"), number("p95_ms"), number("track_median_ms"), number("track_p95_ms"),
       number("duration_s"), number("fps"), number("finish_s"),
       summary["trajectory"].is_null() ? "-" : summary["trajectory"].get<std::string>());
+  if (count("classified") + count("unclassified") > 0) {
+    absl::StrAppendFormat(&table, "classes     of %d frames, missed for %d\n", count("classified"),
+                          count("unclassified"));
+  }
   if (summary.contains("ate_rmse_m")) {
     absl::StrAppendFormat(&table, "error       %.4f m RMSE, %.4f m at most, %d poses, aligned: %s\n",
                           number("ate_rmse_m"), number("ate_max_m"), count("ate_poses"),

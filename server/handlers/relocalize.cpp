@@ -88,7 +88,7 @@ absl::StatusOr<v1::RelocalizeResponse> Relocalize(const ServiceContext& context,
   } else {
     const MapLocalizer localizer(context.slam.relocalization, static_cast<uint32_t>(context.slam.seed));
     const MapLocalization located =
-        localizer.Locate(map.map, map.places, MakeMappingCamera(context.slam.tracking, builder),
+        localizer.Locate(map.map, map.places, MakeMappingCamera(context.slam, builder),
                          {*frame.features, *frame.grid}, task.prior, map.version);
     spdlog::debug("relocalize map={} result={} candidates={} matches={} inliers={} expected={} rival={}",
                   task.map.name, static_cast<int>(located.failure), located.candidates, located.matches,

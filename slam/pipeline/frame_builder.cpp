@@ -1,9 +1,6 @@
 #include "slam/pipeline/frame_builder.h"
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <optional>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "slam/pipeline/stopwatch.h"
@@ -24,6 +21,10 @@ ProjectionModel MakeModel(const CameraRig& rig) {
   return {rig.camera.fx, rig.camera.fy, rig.camera.cx, rig.camera.cy, rig.camera.fx * baseline};
 }
 
+bool Segments(const SlamConfig& config) {
+  return config.semantics.enabled && config.segmentation.mode != SegmentationMode::kOff;
+}
+
 absl::Status CheckImage(const char* name, const cv::Mat& image, const CameraIntrinsics& camera,
                         bool type_ok) {
   if (image.cols != camera.width || image.rows != camera.height) {
@@ -34,37 +35,18 @@ absl::Status CheckImage(const char* name, const cv::Mat& image, const CameraIntr
   return absl::OkStatus();
 }
 
-constexpr auto kSky = static_cast<uint8_t>(SemanticClass::kSky);
-
-cv::Point NearestPixel(const cv::Mat& image, double x, double y) {
-  return {std::clamp(static_cast<int>(std::floor(x + 0.5)), 0, image.cols - 1),
-          std::clamp(static_cast<int>(std::floor(y + 0.5)), 0, image.rows - 1)};
-}
-
-// A pixel that is not sky at half the radius around the keypoint, or at all of it.
-std::optional<cv::Point> BesideTheSky(const cv::Mat& classes, const Keypoint& keypoint, double radius) {
-  constexpr int kDirections = 8;
-  for (const double distance : {0.5 * radius, radius}) {
-    for (int i = 0; i < kDirections; ++i) {
-      const double angle = 2 * std::numbers::pi * i / kDirections;
-      const cv::Point pixel = NearestPixel(classes, keypoint.x + distance * std::cos(angle),
-                                           keypoint.y + distance * std::sin(angle));
-      if (classes.at<uint8_t>(pixel) != kSky) return pixel;
-    }
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
-FrameBuilder::FrameBuilder(const SlamConfig& config, const CameraRig& rig)
+FrameBuilder::FrameBuilder(const SlamConfig& config, const CameraRig& rig,
+                           std::shared_ptr<SegmentationQueue> segmentation)
     : rig_(WithDefaults(rig)),
       use_classes_(config.semantics.enabled),
-      min_confidence_(static_cast<uint8_t>(std::lround(255 * config.semantics.min_confidence))),
-      sky_rim_px_(config.semantics.sky_rim_px),
+      max_wait_(config.deterministic ? absl::InfiniteDuration() : config.segmentation.max_wait()),
+      segmentation_(Segments(config) ? std::move(segmentation) : nullptr),
       bounds_(UndistortedBounds(rig_.camera)),
       model_(MakeModel(rig_)),
-      left_extractor_(config.orb) {
+      left_extractor_(config.orb),
+      class_rule_(std::make_shared<const KeypointClassRule>(config.semantics, left_extractor_.scale_info())) {
   if (rig_.sensor != SensorType::kStereo) return;
   right_extractor_.emplace(config.orb);
   stereo_matcher_.emplace(config.stereo, rig_.camera.fx, rig_.baseline_m);
@@ -86,11 +68,17 @@ absl::Status FrameBuilder::Check(const FrameInput& input) const {
     status = CheckImage("class confidence", input.class_confidence, rig_.camera,
                         input.class_confidence.type() == CV_8UC1);
   }
+  if (status.ok() && !input.colour.empty()) {
+    const int type = input.colour.type();
+    status = CheckImage("colour image", input.colour, rig_.camera, type == CV_8UC3 || type == CV_8UC1);
+  }
   return status;
 }
 
-TrackedFrame FrameBuilder::Build(const FrameInput& input, StageTimes* times) {
+TrackedFrame FrameBuilder::Build(const FrameInput& input, bool classify, StageTimes* times) {
   Stopwatch stopwatch;
+  late_classes_.reset();
+  PendingSegmentation segmentation = classify ? Segment(input) : PendingSegmentation();
   TrackedFrame frame;
   frame.sequence = input.sequence;
   frame.timestamp = input.timestamp;
@@ -98,25 +86,43 @@ TrackedFrame FrameBuilder::Build(const FrameInput& input, StageTimes* times) {
   left_extractor_.Extract(input.image, frame.features.get());
   if (right_extractor_) right_extractor_->Extract(input.right, &right_features_);
   times->extract_ms = stopwatch.LapMs();
-  if (use_classes_ && !input.class_mask.empty()) AddClasses(input, frame.features.get());
+  raw_pixels_.clear();
+  for (const Keypoint& keypoint : frame.features->keypoints) raw_pixels_.emplace_back(keypoint.x, keypoint.y);
+  frame.is_classified = use_classes_ && !input.class_mask.empty();
+  if (frame.is_classified) AddClasses(input, frame.features.get());
   AddDepth(input, frame.features.get());
   frame.grid = std::make_shared<FeatureGrid>(bounds_, frame.features->keypoints);
   times->stereo_ms = stopwatch.LapMs();
+  if (segmentation) frame.is_classified = TakeClasses(std::move(segmentation), frame.features.get());
+  times->classify_ms = stopwatch.LapMs();
   return frame;
 }
 
+PendingSegmentation FrameBuilder::Segment(const FrameInput& input) {
+  if (segmentation_ == nullptr || !input.class_mask.empty()) return {};
+  return segmentation_->Submit(input.colour.empty() ? input.image : input.colour);
+}
+
+bool FrameBuilder::TakeClasses(PendingSegmentation segmentation, FrameFeatures* features) {
+  auto classes =
+      std::make_shared<PendingClasses>(std::move(segmentation), raw_pixels_, class_rule_, max_wait_);
+  if (classes->Fill(features)) return true;
+  late_classes_ = std::move(classes);
+  return false;
+}
+
+std::shared_ptr<PendingClasses> FrameBuilder::ClassifyLater(const FrameInput& input) {
+  if (late_classes_ != nullptr) return std::move(late_classes_);
+  PendingSegmentation segmentation = Segment(input);
+  if (!segmentation) return nullptr;
+  return std::make_shared<PendingClasses>(std::move(segmentation), raw_pixels_, class_rule_, max_wait_);
+}
+
 void FrameBuilder::AddClasses(const FrameInput& input, FrameFeatures* features) const {
-  for (Keypoint& keypoint : features->keypoints) {
-    cv::Point pixel = NearestPixel(input.class_mask, keypoint.x, keypoint.y);
-    if (sky_rim_px_ > 0 && input.class_mask.at<uint8_t>(pixel) == kSky) {
-      const double radius = sky_rim_px_ * scale_info().scales[keypoint.octave];
-      pixel = BesideTheSky(input.class_mask, keypoint, radius).value_or(pixel);
-    }
-    if (!input.class_confidence.empty())
-      keypoint.class_confidence = input.class_confidence.at<uint8_t>(pixel);
-    if (keypoint.class_confidence >= min_confidence_)
-      keypoint.semantic_class = input.class_mask.at<uint8_t>(pixel);
-  }
+  const auto class_at = [&input](double x, double y) {
+    return LookUpMask(input.class_mask, input.class_confidence, x, y);
+  };
+  ClassifyKeypoints(*class_rule_, raw_pixels_, class_at, &features->keypoints);
 }
 
 void FrameBuilder::Undistort(FrameFeatures* features) {
@@ -136,8 +142,6 @@ void FrameBuilder::AddDepth(const FrameInput& input, FrameFeatures* features) {
     stereo_matcher_->Match(left_extractor_, *right_extractor_, right_features_, features);
     return;
   }
-  raw_pixels_.clear();
-  for (const Keypoint& keypoint : features->keypoints) raw_pixels_.emplace_back(keypoint.x, keypoint.y);
   Undistort(features);
   if (rig_.sensor == SensorType::kRgbd) {
     AttachDepth(input.depth, rig_.depth_units_per_metre, model_.focal_times_baseline, raw_pixels_, features);

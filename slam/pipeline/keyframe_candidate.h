@@ -9,6 +9,7 @@
 #include "slam/features/feature_grid.h"
 #include "slam/features/frame_features.h"
 #include "slam/geometry/se3.h"
+#include "slam/pipeline/pending_classes.h"
 
 namespace semmap {
 
@@ -33,6 +34,8 @@ struct KeyFrameCandidate {
   // What the tracker matched, for each keypoint.
   std::vector<MapPointId> points;
   std::vector<PointSightings> sightings;
+  // Set when the classes of the keypoints are still to come.
+  std::shared_ptr<PendingClasses> pending_classes;
 };
 
 // Two frames and the points seen in both, from monocular initialization. The first frame is the map's origin.

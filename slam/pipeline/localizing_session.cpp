@@ -24,10 +24,11 @@ CameraRig RigFor(const MapSnapshot& map, CameraRig rig) {
 }  // namespace
 
 LocalizingSession::LocalizingSession(const SlamConfig& config, const CameraRig& rig,
+                                     std::shared_ptr<SegmentationQueue> segmentation,
                                      std::shared_ptr<const MapSnapshot> map, MapDeltaSink* sink)
     : map_(std::move(map)),
       sink_(sink),
-      tracker_(config, RigFor(*map_, rig)),
+      tracker_(config, RigFor(*map_, rig), std::move(segmentation)),
       localizer_(config.relocalization, static_cast<uint32_t>(config.seed)) {}
 
 absl::StatusOr<FrameResult> LocalizingSession::Track(const FrameInput& frame) {

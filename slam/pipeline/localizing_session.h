@@ -18,7 +18,8 @@ namespace semmap {
 class LocalizingSession : public Session {
  public:
   // `map` is not null. A rig with depth looks with one eye where the map's unit is arbitrary.
-  LocalizingSession(const SlamConfig& config, const CameraRig& rig, std::shared_ptr<const MapSnapshot> map,
+  LocalizingSession(const SlamConfig& config, const CameraRig& rig,
+                    std::shared_ptr<SegmentationQueue> segmentation, std::shared_ptr<const MapSnapshot> map,
                     MapDeltaSink* sink);
 
   absl::StatusOr<FrameResult> Track(const FrameInput& frame) override;

@@ -9,8 +9,8 @@ namespace semmap {
 std::shared_ptr<const MapSnapshot> MakeMapSnapshot(Map map, size_t map_bytes, uint64_t version,
                                                    bool scale_known,
                                                    std::shared_ptr<const Vocabulary> vocabulary,
-                                                   const PlaceQueryLimits& limits) {
-  PlaceMemory places(std::move(vocabulary), limits);
+                                                   const PlaceQueryLimits& limits, const ClassSet& inactive) {
+  PlaceMemory places(std::move(vocabulary), limits, inactive);
   std::vector<KeyFrameId> ids;
   for (const auto& [id, keyframe] : map.keyframes()) ids.push_back(id);
   // In one order always: equal scores are told apart by it.

@@ -21,10 +21,12 @@ struct MapSnapshot {
   size_t memory_bytes = 0;
 };
 
-// Indexes the places of `map`, which took `map_bytes` so far.
+// Indexes the places of `map`, which took `map_bytes` so far. Keypoints of the classes in `inactive` say
+// nothing about a place.
 std::shared_ptr<const MapSnapshot> MakeMapSnapshot(Map map, size_t map_bytes, uint64_t version,
                                                    bool scale_known,
                                                    std::shared_ptr<const Vocabulary> vocabulary,
-                                                   const PlaceQueryLimits& limits);
+                                                   const PlaceQueryLimits& limits,
+                                                   const ClassSet& inactive = {});
 
 }  // namespace semmap

@@ -126,8 +126,23 @@ void MapperQueue::Run(const Step& step) {
   counts_.map_ms += stopwatch.LapMs();
 }
 
+// The tracker still reads the features, and the map must never see them without their classes.
+KeyFrameCandidate MapperQueue::WithClasses(KeyFrameCandidate candidate) {
+  auto features = std::make_shared<FrameFeatures>(*candidate.features);
+  const bool filled = candidate.pending_classes->Fill(features.get());
+  if (filled) candidate.features = std::move(features);
+  candidate.pending_classes.reset();
+  MutexLock lock(&mutex_);
+  ++(filled ? counts_.classified_keyframes : counts_.unclassified_keyframes);
+  return candidate;
+}
+
 void MapperQueue::Run(const KeyFrameCandidate& candidate) {
-  mapper_.AddKeyFrame(candidate, &hurry_);
+  if (candidate.pending_classes != nullptr) {
+    mapper_.AddKeyFrame(WithClasses(candidate), &hurry_);
+  } else {
+    mapper_.AddKeyFrame(candidate, &hurry_);
+  }
   Deliver(candidate.sequence);
   CloseLoop();
 }

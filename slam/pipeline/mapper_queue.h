@@ -50,6 +50,9 @@ class MapperQueue {
     int failed_recoveries = 0;
     // Of the last recovery that was tried.
     LocalizationFailure last_failure = LocalizationFailure::kNone;
+    // Of keyframes that came without classes and were to get them here.
+    uint64_t classified_keyframes = 0;
+    uint64_t unclassified_keyframes = 0;
   };
   Counts counts() const;
 
@@ -71,6 +74,7 @@ class MapperQueue {
   void Enqueue(Step step);
   void Drain();
   void Run(const Step& step);
+  KeyFrameCandidate WithClasses(KeyFrameCandidate candidate);
   void Run(const KeyFrameCandidate& candidate);
   void Run(const InitialPair& pair);
   void Run(const ResetStep& reset);

@@ -15,8 +15,9 @@ namespace {
 class SlamSession : public Session {
  public:
   SlamSession(const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink, Executor* executor,
-              std::shared_ptr<const Vocabulary> vocabulary, std::optional<SessionStart::Extension> extend)
-      : tracker_(config, rig),
+              std::shared_ptr<const Vocabulary> vocabulary, std::shared_ptr<SegmentationQueue> segmentation,
+              std::optional<SessionStart::Extension> extend)
+      : tracker_(config, rig, std::move(segmentation)),
         queue_(config, tracker_.camera(), tracker_.builder().scale_info(), std::move(vocabulary), sink,
                config.deterministic ? nullptr : executor),
         map_is_stored_(extend.has_value()) {
@@ -36,6 +37,8 @@ class SlamSession : public Session {
     if (output.result.state == TrackingState::kTracking) ++tracked_frames_;
     if (map_is_stored_ && output.result.state == TrackingState::kLost)
       output.result.failure = queue_.counts().last_failure;
+    if (output.result.classes == ClassState::kKnown) ++classified_frames_;
+    if (output.result.classes == ClassState::kMissed) ++unclassified_frames_;
     queue_.Push(&output);
     // A map begins, or begins anew: the next frame needs it, and no later one waits again.
     if (starts_map) queue_.WaitForBacklog(0);
@@ -48,9 +51,17 @@ class SlamSession : public Session {
 
   SessionStats Stats() const override {
     const MapperQueue::Counts counts = queue_.counts();
-    return {counts.keyframes,   counts.points, frames_,           tracked_frames_,
-            counts.map_ms,      counts.loops,  counts.recoveries, counts.failed_recoveries,
-            counts.last_failure};
+    return {counts.keyframes,
+            counts.points,
+            frames_,
+            tracked_frames_,
+            counts.map_ms,
+            counts.loops,
+            counts.recoveries,
+            counts.failed_recoveries,
+            counts.last_failure,
+            classified_frames_ + counts.classified_keyframes,
+            unclassified_frames_ + counts.unclassified_keyframes};
   }
 
  private:
@@ -60,6 +71,8 @@ class SlamSession : public Session {
   FrameOrder order_;
   std::atomic<uint64_t> frames_ = 0;
   std::atomic<uint64_t> tracked_frames_ = 0;
+  std::atomic<uint64_t> classified_frames_ = 0;
+  std::atomic<uint64_t> unclassified_frames_ = 0;
 };
 
 }  // namespace
@@ -67,15 +80,18 @@ class SlamSession : public Session {
 absl::StatusOr<std::unique_ptr<Session>> Session::Create(const SlamConfig& config, const CameraRig& rig,
                                                          MapDeltaSink* sink, Executor* executor,
                                                          std::shared_ptr<const Vocabulary> vocabulary,
+                                                         std::shared_ptr<SegmentationQueue> segmentation,
                                                          SessionStart start) {
   SEMMAP_RETURN_IF_ERROR(ValidateRig(rig));
   if (sink == nullptr || (executor == nullptr && !config.deterministic && start.localize == nullptr)) {
     return absl::InvalidArgumentError("a session needs a sink, and an executor unless it is deterministic");
   }
-  if (start.localize != nullptr)
-    return std::make_unique<LocalizingSession>(config, rig, std::move(start.localize), sink);
+  if (start.localize != nullptr) {
+    return std::make_unique<LocalizingSession>(config, rig, std::move(segmentation),
+                                               std::move(start.localize), sink);
+  }
   return std::make_unique<SlamSession>(config, rig, sink, executor, std::move(vocabulary),
-                                       std::move(start.extend));
+                                       std::move(segmentation), std::move(start.extend));
 }
 
 }  // namespace semmap

@@ -15,6 +15,7 @@
 #include "slam/pipeline/slam_config.h"
 #include "slam/pipeline/view_localizer.h"
 #include "slam/place/vocabulary.h"
+#include "slam/semantics/segmentation_queue.h"
 
 namespace semmap {
 
@@ -30,6 +31,10 @@ struct SessionStats {
   int recoveries = 0;
   int failed_recoveries = 0;
   LocalizationFailure last_recovery_failure = LocalizationFailure::kNone;
+  // Frames whose keypoints have classes, in time or as keyframes later; and those for which classes were
+  // wanted and did not come.
+  uint64_t classified_frames = 0;
+  uint64_t unclassified_frames = 0;
 };
 
 // The stored map, if any, that a session begins with; at most one of both.
@@ -54,10 +59,12 @@ class Session {
  public:
   // INVALID_ARGUMENT when the rig or the configuration is not usable. `sink` and `executor` must outlive the
   // session. Without a vocabulary the session finds neither loops nor, once lost, its way back into parts of
-  // the map that are not near, and never finds itself in a stored map.
+  // the map that are not near, and never finds itself in a stored map. Without a segmentation queue only
+  // frames that bring a mask have classes.
   static absl::StatusOr<std::unique_ptr<Session>> Create(
       const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink, Executor* executor,
-      std::shared_ptr<const Vocabulary> vocabulary = nullptr, SessionStart start = {});
+      std::shared_ptr<const Vocabulary> vocabulary = nullptr,
+      std::shared_ptr<SegmentationQueue> segmentation = nullptr, SessionStart start = {});
   virtual ~Session() = default;
 
   virtual absl::StatusOr<FrameResult> Track(const FrameInput& frame) = 0;

@@ -65,6 +65,7 @@ void SlamConfig::Read(ConfigReader& reader) {
   reader.Section("place", &place);
   reader.Section("relocalization", &relocalization);
   reader.Section("loop", &loop);
+  reader.Section("segmentation", &segmentation);
   reader.Section("semantics", &semantics);
   reader.Flag("deterministic", &deterministic);
   reader.Number("seed", &seed, 0, INT64_C(4294967295));

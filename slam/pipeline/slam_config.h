@@ -7,6 +7,7 @@
 #include "slam/features/orb_extractor.h"
 #include "slam/features/stereo_matcher.h"
 #include "slam/place/place_config.h"
+#include "slam/semantics/segmentation_config.h"
 #include "slam/semantics/semantics_config.h"
 
 namespace semmap {
@@ -105,6 +106,7 @@ struct SlamConfig {
   PlaceConfig place;
   RelocalizationConfig relocalization;
   LoopConfig loop;
+  SegmentationConfig segmentation;
   SemanticsConfig semantics;
   // Everything of a session runs in the thread that brings the frames: same input, same bytes.
   bool deterministic = false;

@@ -33,9 +33,10 @@ KeyFrameCandidate ToCandidate(KeyFrameId id, const TrackedFrame& frame) {
 
 }  // namespace
 
-Tracker::Tracker(const SlamConfig& config, const CameraRig& rig)
+Tracker::Tracker(const SlamConfig& config, const CameraRig& rig,
+                 std::shared_ptr<SegmentationQueue> segmentation)
     : config_(config),
-      builder_(config, rig),
+      builder_(config, rig, std::move(segmentation)),
       camera_(MakeMappingCamera(config, builder_)),
       monocular_initializer_(builder_.rig().camera, static_cast<uint32_t>(config.seed), config.semantics),
       inactive_(config.semantics.InactiveClasses()) {
@@ -52,7 +53,9 @@ TrackOutput Tracker::Track(const FrameInput& input, const MapperState& mapper) {
   TrackOutput output;
   output.result.sequence = input.sequence;
   output.result.timestamp = input.timestamp;
-  TrackedFrame frame = builder_.Build(input, &times_);
+  const bool classify = ClassifiesNow();
+  TrackedFrame frame = builder_.Build(input, classify, &times_);
+  const bool is_classified = frame.is_classified;
   AdoptView(mapper.view);
   AdoptRecovery(mapper.recovery.get());
   if (view_ == nullptr && mapper.map_is_stored) {
@@ -62,11 +65,39 @@ TrackOutput Tracker::Track(const FrameInput& input, const MapperState& mapper) {
   } else {
     TrackInMap(std::move(frame), mapper, &output);
   }
+  output.result.classes = SettleClasses(input, is_classified, classify, &output);
   output.result.state = state_;
   output.result.map_version = view_ ? view_->version : 0;
   times_.total_ms = total.LapMs();
   output.result.times = times_;
   return output;
+}
+
+// --- classes
+
+bool Tracker::ClassifiesNow() const {
+  if (!builder_.can_segment()) return false;
+  return config_.segmentation.mode == SegmentationMode::kEveryFrame || state_ == TrackingState::kInitializing;
+}
+
+ClassState Tracker::SettleClasses(const FrameInput& input, bool is_classified, bool was_asked,
+                                  TrackOutput* output) {
+  if (is_classified) return ClassState::kKnown;
+  if (output->keyframe) {
+    output->keyframe->pending_classes = builder_.ClassifyLater(input);
+    if (output->keyframe->pending_classes != nullptr) return ClassState::kPending;
+  }
+  return was_asked ? ClassState::kMissed : ClassState::kNotWanted;
+}
+
+// A keypoint that nobody looked at is what its point is; without confidence it is no vote for it.
+void Tracker::CarryClasses(TrackedFrame* frame) const {
+  for (size_t i = 0; i < matches_.size(); ++i) {
+    if (matches_[i] < 0) continue;
+    Keypoint& keypoint = frame->features->keypoints[i];
+    keypoint.semantic_class = view_->classes[static_cast<size_t>(matches_[i])];
+    keypoint.class_confidence = 0;
+  }
 }
 
 // --- the map as the tracker sees it
@@ -188,6 +219,7 @@ void Tracker::TrackInMap(TrackedFrame frame, const MapperState& mapper, TrackOut
   }
   state_ = TrackingState::kTracking;
   CountSightings();
+  if (builder_.can_segment() && !frame.is_classified) CarryClasses(&frame);
   // After a loss or a leap the first good frame says nothing about velocity.
   velocity_.reset();
   if (last_ && !was_lost && !relocalized_)

@@ -43,10 +43,11 @@ struct TrackOutput {
 };
 
 // Finds the camera of each frame in the local map and decides which frames to keep. Reads the map through
-// views only and never waits. Not thread-safe; one for each session.
+// views only and waits for nothing but, for a limited time, the classes of a frame. Not thread-safe; one for
+// each session.
 class Tracker {
  public:
-  Tracker(const SlamConfig& config, const CameraRig& rig);
+  Tracker(const SlamConfig& config, const CameraRig& rig, std::shared_ptr<SegmentationQueue> segmentation);
 
   absl::Status Check(const FrameInput& input) const { return builder_.Check(input); }
   // Needs a checked input.
@@ -104,6 +105,10 @@ class Tracker {
   KeyFrameEvidence GatherEvidence(const TrackedFrame& frame, const MapperState& mapper, int inliers) const;
   KeyFrameCandidate MakeCandidate(const TrackedFrame& frame);
   void CountSightings();
+  // Classes for each frame, or, until there is a map, for the keyframes that may follow.
+  bool ClassifiesNow() const;
+  ClassState SettleClasses(const FrameInput& input, bool is_classified, bool was_asked, TrackOutput* output);
+  void CarryClasses(TrackedFrame* frame) const;
 
   SlamConfig config_;
   FrameBuilder builder_;

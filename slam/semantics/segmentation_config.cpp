@@ -1,20 +1,29 @@
 #include "slam/semantics/segmentation_config.h"
 
+#include <algorithm>
+#include <vector>
+
 #include "slam/common/config_reader.h"
 
 namespace semmap {
+namespace {
+
+void ReadMode(ConfigReader& reader, const char* key, SegmentationMode* mode) {
+  static const std::vector<std::string> names = {"off", "every_frame", "keyframes"};
+  std::string name = names[static_cast<size_t>(*mode)];
+  reader.Choice(key, &name, names);
+  *mode = static_cast<SegmentationMode>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+}  // namespace
 
 absl::Duration SegmentationConfig::max_wait() const {
   return max_wait_ms > 0 ? absl::Milliseconds(max_wait_ms) : absl::InfiniteDuration();
 }
 
 void SegmentationConfig::Read(ConfigReader& reader) {
-  static constexpr const char* kNames[] = {"off", "every_frame", "keyframes"};
-  std::string name = kNames[static_cast<int>(mode)];
-  reader.Choice("mode", &name, {std::begin(kNames), std::end(kNames)});
-  for (int i = 0; i < static_cast<int>(std::size(kNames)); ++i) {
-    if (name == kNames[i]) mode = static_cast<SegmentationMode>(i);
-  }
+  ReadMode(reader, "mode", &mode);
+  ReadMode(reader, "live_mode", &live_mode);
   reader.Text("model", &model);
   reader.Number("threads", &threads, 0, 256);
   reader.Number("max_batch", &max_batch, 1, 64);

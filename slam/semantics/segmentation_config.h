@@ -16,6 +16,9 @@ enum class SegmentationMode {
 
 struct SegmentationConfig {
   SegmentationMode mode = SegmentationMode::kOff;
+  // Takes the place of `mode`, unless that is off, for vehicles whose frames are dropped rather than kept
+  // waiting: a CPU that segments every frame falls behind a camera.
+  SegmentationMode live_mode = SegmentationMode::kKeyFrames;
   std::string model;  // path of a SegmentationModel; empty: DefaultSegmentationModelPath()
   int threads = 0;    // of the network; 0: as many as the machine has cores
   // Of the queue that all sessions share.

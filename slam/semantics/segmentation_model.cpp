@@ -93,7 +93,7 @@ cv::Size SegmentationModel::NetworkSize(cv::Size image) const {
 std::string DefaultSegmentationModelPath() { return DataFilePath("models/segmentation/street.yaml"); }
 
 void FillNetworkInput(const SegmentationModel& model, const cv::Mat& image, cv::Size size, float* planes) {
-  const bool shrinks = size.area() < image.size().area();
+  const bool shrinks = size.width < image.cols;
   cv::Mat resized;
   cv::resize(image, resized, size, 0, 0, shrinks ? cv::INTER_AREA : cv::INTER_LINEAR);
   const auto pixels = static_cast<size_t>(size.area());

@@ -83,7 +83,7 @@ class StoredMapTest : public ServiceTest {
         config_,
         [vocabulary = *vocabulary](const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink,
                                    Executor* executor, SessionStart start) {
-          return Session::Create(config, rig, sink, executor, vocabulary, std::move(start));
+          return Session::Create(config, rig, sink, executor, vocabulary, nullptr, std::move(start));
         },
         *vocabulary);
     ASSERT_TRUE(server.ok()) << server.status();

@@ -80,14 +80,15 @@ class StoredMapTest : public ::testing::Test {
     EXPECT_TRUE(map.ok()) << map.status();
     SessionStart start;
     start.localize = MakeMapSnapshot(*std::move(map), 0, 5, true, vocabulary_, PlaceQueryLimits());
-    return *Session::Create(SmallConfig(), SmallRig(sensor), sink, nullptr, nullptr, std::move(start));
+    return *Session::Create(SmallConfig(), SmallRig(sensor), sink, nullptr, nullptr, nullptr,
+                            std::move(start));
   }
   std::unique_ptr<Session> Extender(MapDeltaSink* sink) {
     auto map = made_->Restore();
     EXPECT_TRUE(map.ok()) << map.status();
     SessionStart start;
     start.extend = SessionStart::Extension{*std::move(map), made_->last_keyframe()};
-    return *Session::Create(SmallConfig(), SmallRig(SensorType::kStereo), sink, nullptr, vocabulary_,
+    return *Session::Create(SmallConfig(), SmallRig(SensorType::kStereo), sink, nullptr, vocabulary_, nullptr,
                             std::move(start));
   }
 

@@ -22,6 +22,8 @@ TEST(SegmentationConfig, ReadsModes) {
   EXPECT_EQ(ConfigOf("mode: every_frame")->mode, SegmentationMode::kEveryFrame);
   EXPECT_EQ(ConfigOf("mode: keyframes")->mode, SegmentationMode::kKeyFrames);
   EXPECT_FALSE(ConfigOf("mode: sometimes").ok());
+  EXPECT_EQ(ConfigOf("live_mode: off")->live_mode, SegmentationMode::kOff);
+  EXPECT_EQ(ConfigOf("mode: every_frame")->live_mode, SegmentationMode::kKeyFrames);
 }
 
 TEST(SegmentationConfig, NoLimitMeansThatFramesWait) {

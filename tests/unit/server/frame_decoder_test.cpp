@@ -33,7 +33,7 @@ TEST(FrameDecoder, BringsWhatTheSensorHas) {
   frame.set_timestamp_ns(77);
   *frame.mutable_image() = Grey();
   *frame.mutable_class_mask() = Grey();
-  auto input = DecodeFrame(frame, Rig(SensorType::kMono));
+  auto input = DecodeFrame(frame, Rig(SensorType::kMono), false);
   ASSERT_TRUE(input.ok()) << input.status();
   EXPECT_EQ(input->sequence, 9U);
   EXPECT_EQ(input->timestamp, 77);
@@ -41,27 +41,45 @@ TEST(FrameDecoder, BringsWhatTheSensorHas) {
   EXPECT_EQ(input->class_mask.at<uchar>(0, 0), 5);
   EXPECT_TRUE(input->right.empty());
   *frame.mutable_right() = Grey();
-  input = DecodeFrame(frame, Rig(SensorType::kStereo));
+  input = DecodeFrame(frame, Rig(SensorType::kStereo), false);
   ASSERT_TRUE(input.ok()) << input.status();
   EXPECT_EQ(input->right.type(), CV_8UC1);
   frame.clear_right();
   *frame.mutable_depth() = Depth();
-  input = DecodeFrame(frame, Rig(SensorType::kRgbd));
+  input = DecodeFrame(frame, Rig(SensorType::kRgbd), false);
   ASSERT_TRUE(input.ok()) << input.status();
   EXPECT_EQ(input->depth.type(), CV_16UC1);
 }
 
 TEST(FrameDecoder, RefusesImagesThatContradictTheRig) {
   v1::Frame frame;
-  EXPECT_EQ(ReasonOf(DecodeFrame(frame, Rig(SensorType::kMono)).status()), v1::ERROR_REASON_IMAGE_MISSING);
+  EXPECT_EQ(ReasonOf(DecodeFrame(frame, Rig(SensorType::kMono), false).status()),
+            v1::ERROR_REASON_IMAGE_MISSING);
   *frame.mutable_image() = Grey();
-  EXPECT_EQ(ReasonOf(DecodeFrame(frame, Rig(SensorType::kStereo)).status()), v1::ERROR_REASON_IMAGE_MISSING);
-  EXPECT_EQ(ReasonOf(DecodeFrame(frame, Rig(SensorType::kRgbd)).status()), v1::ERROR_REASON_IMAGE_MISSING);
+  EXPECT_EQ(ReasonOf(DecodeFrame(frame, Rig(SensorType::kStereo), false).status()),
+            v1::ERROR_REASON_IMAGE_MISSING);
+  EXPECT_EQ(ReasonOf(DecodeFrame(frame, Rig(SensorType::kRgbd), false).status()),
+            v1::ERROR_REASON_IMAGE_MISSING);
   *frame.mutable_right() = Grey();
-  EXPECT_EQ(ReasonOf(DecodeFrame(frame, Rig(SensorType::kMono)).status()), v1::ERROR_REASON_IMAGE_UNEXPECTED);
+  EXPECT_EQ(ReasonOf(DecodeFrame(frame, Rig(SensorType::kMono), false).status()),
+            v1::ERROR_REASON_IMAGE_UNEXPECTED);
   frame.mutable_right()->set_width(32);
-  EXPECT_EQ(ReasonOf(DecodeFrame(frame, Rig(SensorType::kStereo)).status()),
+  EXPECT_EQ(ReasonOf(DecodeFrame(frame, Rig(SensorType::kStereo), false).status()),
             v1::ERROR_REASON_IMAGE_SIZE_MISMATCH);
+}
+
+TEST(FrameDecoder, KeepsColoursForWhoWantsThem) {
+  v1::Frame frame;
+  *frame.mutable_image() = Raw(v1::IMAGE_ENCODING_RAW_BGR8, 3);
+  EXPECT_TRUE(DecodeFrame(frame, Rig(SensorType::kMono), false)->colour.empty());
+  const auto input = DecodeFrame(frame, Rig(SensorType::kMono), true);
+  ASSERT_TRUE(input.ok()) << input.status();
+  EXPECT_EQ(input->image.type(), CV_8UC1);
+  EXPECT_EQ(input->colour.type(), CV_8UC3);
+  EXPECT_EQ(input->colour.size(), cv::Size(64, 48));
+  // Who sends a mask needs no segmentation.
+  *frame.mutable_class_mask() = Grey();
+  EXPECT_TRUE(DecodeFrame(frame, Rig(SensorType::kMono), true)->colour.empty());
 }
 
 }  // namespace

@@ -47,6 +47,11 @@ TEST(ServerConfig, TheDocumentedFileSaysTheDefaults) {
   EXPECT_EQ(config->slam.relocalization.min_inliers, slam.relocalization.min_inliers);
   EXPECT_EQ(config->slam.loop.consistency, slam.loop.consistency);
   EXPECT_EQ(config->slam.loop.full_iterations, slam.loop.full_iterations);
+  EXPECT_EQ(config->slam.segmentation.mode, slam.segmentation.mode);
+  EXPECT_EQ(config->slam.segmentation.live_mode, slam.segmentation.live_mode);
+  EXPECT_EQ(config->slam.segmentation.max_batch, slam.segmentation.max_batch);
+  EXPECT_EQ(config->slam.segmentation.max_waiting, slam.segmentation.max_waiting);
+  EXPECT_EQ(config->slam.segmentation.max_wait_ms, slam.segmentation.max_wait_ms);
 }
 
 TEST(ServerConfig, RefusesUnknownKeysAndBadValuesWithTheirLine) {
