@@ -25,6 +25,8 @@ void AddKeyFramesCommand(CLI::App& parent, Action* action);
 void AddTrajectoryCommand(CLI::App& parent, Action* action);
 void AddRelocalizeCommand(CLI::App& parent, Action* action);
 void AddEvalCommand(CLI::App& parent, Action* action);
+// Below `eval`: segmentation.
+void AddEvalSegmentationCommand(CLI::App& eval_command, Action* action);
 void AddTrainVocabularyCommand(CLI::App& parent, Action* action);
 // `town`, whose drive also streams to a server. The other town commands do their work while the line is
 // parsed and set *exit_code.

@@ -127,11 +127,13 @@ void AddMape(CLI::App& parent, Action* action) {
 }  // namespace
 
 void AddEvalCommand(CLI::App& parent, Action* action) {
-  CLI::App* command = parent.add_subcommand("eval", "Compare a trajectory with the truth");
+  CLI::App* command =
+      parent.add_subcommand("eval", "Compare a trajectory, or the classes of images, with the truth");
   command->require_subcommand(1);
   AddAte(*command, action);
   AddRpe(*command, action);
   AddMape(*command, action);
+  AddEvalSegmentationCommand(*command, action);
 }
 
 }  // namespace semmap::client

@@ -63,6 +63,15 @@ absl::StatusOr<SourceImage> ReadSourceImage(const std::string& path, bool is_dep
   return image;
 }
 
+absl::StatusOr<cv::Mat> DecodeColour(const SourceImage& image) {
+  if (image.encoding != ImageEncoding::kNone) return Decode(image.encoded, cv::IMREAD_COLOR, NameOf(image));
+  if (image.pixels.type() == CV_8UC3) return image.pixels;
+  SEMMAP_ASSIGN_OR_RETURN(const cv::Mat grey, DecodeGray(image));
+  cv::Mat colour;
+  cv::cvtColor(grey, colour, cv::COLOR_GRAY2BGR);
+  return colour;
+}
+
 absl::StatusOr<cv::Mat> DecodeGray(const SourceImage& image) {
   if (image.encoding != ImageEncoding::kNone) {
     return Decode(image.encoded, cv::IMREAD_GRAYSCALE, NameOf(image));

@@ -30,6 +30,8 @@ absl::StatusOr<SourceImage> ReadSourceImage(const std::string& path, bool is_dep
 
 // Pixels as CV_8UC1; colour becomes grey. INVALID_ARGUMENT when the bytes are no image.
 absl::StatusOr<cv::Mat> DecodeGray(const SourceImage& image);
+// Pixels as CV_8UC3 (BGR); grey becomes three equal channels. INVALID_ARGUMENT when the bytes are no image.
+absl::StatusOr<cv::Mat> DecodeColour(const SourceImage& image);
 // Pixels as CV_16UC1. INVALID_ARGUMENT when the image is of another kind.
 absl::StatusOr<cv::Mat> DecodeDepth(const SourceImage& image);
 
