@@ -9,6 +9,7 @@
 #include "CLI/CLI.hpp"
 #include "slam/common/status_macros.h"
 #include "slam/evaluation/trajectory_io.h"
+#include "slam/semantics/torch/torch_segmenter.h"
 #include "tests/bench/slam_bench_config.h"
 #include "tests/bench/slam_bench_report.h"
 
@@ -21,6 +22,7 @@ struct Arguments {
   std::vector<std::string> settings;
   std::string trajectory_file;
   std::string format = "tum";
+  std::string segmentation;
   bool deterministic = false;
   bool json = false;
   int runs = 1;
@@ -39,6 +41,9 @@ void AddOptions(CLI::App* app, Arguments* arguments) {
                   "Change one setting: slam.semantics.penalty=0; may be repeated");
   app->add_flag("--masks", arguments->bench.source_options.class_masks,
                 "Use the class masks of the recording (subfolder `class`)");
+  app->add_option("--segmentation", arguments->segmentation,
+                  "Segment frames with this network (YAML, or default), as slam.segmentation says; "
+                  "every frame if that is off");
   app->add_option("--runs", arguments->runs, "How many times; figures are medians")
       ->check(CLI::Range(1, 1000));
   app->add_option("--frames", arguments->bench.max_frames, "Stop after so many frames; 0: all")
@@ -57,6 +62,12 @@ void AddOptions(CLI::App* app, Arguments* arguments) {
 absl::Status RunAll(Arguments& arguments) {
   SEMMAP_ASSIGN_OR_RETURN(arguments.bench.config, ReadSlamConfig(arguments.config_file, arguments.settings));
   if (arguments.deterministic) arguments.bench.config.deterministic = true;
+  if (!arguments.segmentation.empty()) {
+    SegmentationConfig& segmentation = arguments.bench.config.segmentation;
+    segmentation.model = arguments.segmentation == "default" ? "" : arguments.segmentation;
+    if (segmentation.mode == SegmentationMode::kOff) segmentation.mode = SegmentationMode::kEveryFrame;
+    SEMMAP_ASSIGN_OR_RETURN(arguments.bench.segmentation, LoadSegmentation(segmentation));
+  }
   std::vector<RunResult> runs;
   for (int i = 0; i < arguments.runs; ++i) {
     SEMMAP_ASSIGN_OR_RETURN(RunResult run, RunOnce(arguments.bench));

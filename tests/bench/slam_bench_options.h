@@ -1,9 +1,11 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "client/sources/open_source.h"
 #include "slam/pipeline/slam_config.h"
+#include "slam/semantics/segmentation_queue.h"
 
 namespace semmap::bench {
 
@@ -18,6 +20,8 @@ struct BenchOptions {
   int backlog = 0;
   // Loops are looked for and closed.
   bool close_loops = true;
+  // Segments frames as config.segmentation says; null: nobody does.
+  std::shared_ptr<SegmentationQueue> segmentation;
   // At most so many frames; 0: all.
   int max_frames = 0;
 };

@@ -18,10 +18,11 @@ struct Stage {
   std::vector<double> StageSamples::*samples;
 };
 
-constexpr std::array<Stage, 9> kStages = {{
+constexpr std::array<Stage, 10> kStages = {{
     {"decode", &StageSamples::decode},
     {"extract", &StageSamples::extract},
     {"stereo", &StageSamples::stereo},
+    {"classify", &StageSamples::classify},
     {"match", &StageSamples::match},
     {"optimize", &StageSamples::optimize},
     {"track", &StageSamples::track},
@@ -73,6 +74,8 @@ nlohmann::json RunJson(const RunResult& run) {
       {"points", run.points},
       {"loops", run.loops},
       {"recoveries", run.recoveries},
+      {"classified", run.classified},
+      {"unclassified", run.unclassified},
       {"peak_rss_mb", run.peak_rss_mb},
       {"wall_s", run.wall_s},
       {"bytes_per_keyframe", run.bytes_per_keyframe},
@@ -106,14 +109,14 @@ std::string TotalsOf(const nlohmann::json& figures) {
                               ? "no truth"
                               : absl::StrFormat("%.4f m", figures["ate_rmse_m"].get<double>());
   return absl::StrFormat(
-      "frames %d, tracked %d, ATE %s, keyframes %d, points %d, loops %d, recoveries %d\n"
+      "frames %d, tracked %d, ATE %s, keyframes %d, points %d, loops %d, recoveries %d, with classes %d\n"
       "CPU %.2f s (%.2f units a frame), wall %.2f s, peak RSS %.0f MB, %.0f bytes a keyframe, %.0f a point\n",
       figures["frames"].get<int64_t>(), figures["tracked"].get<int64_t>(), ate,
       figures["keyframes"].get<int64_t>(), figures["points"].get<int64_t>(), figures["loops"].get<int64_t>(),
-      figures["recoveries"].get<int64_t>(), figures["cpu_s"].get<double>(),
-      figures["cpu_units_per_frame"].get<double>(), figures["wall_s"].get<double>(),
-      figures["peak_rss_mb"].get<double>(), figures["bytes_per_keyframe"].get<double>(),
-      figures["bytes_per_point"].get<double>());
+      figures["recoveries"].get<int64_t>(), figures["classified"].get<int64_t>(),
+      figures["cpu_s"].get<double>(), figures["cpu_units_per_frame"].get<double>(),
+      figures["wall_s"].get<double>(), figures["peak_rss_mb"].get<double>(),
+      figures["bytes_per_keyframe"].get<double>(), figures["bytes_per_point"].get<double>());
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ class Run {
  private:
   absl::Status PlayOne(const client::SourceFrame& frame, RunResult* result) {
     const auto start = Clock::now();
-    SEMMAP_ASSIGN_OR_RETURN(const FrameInput input, DecodeFrame(frame));
+    SEMMAP_ASSIGN_OR_RETURN(const FrameInput input, DecodeFrame(frame, options_.segmentation != nullptr));
     result->stages.decode.push_back(MillisecondsSince(start));
     unit_.Offer(input.image);
     if (options_.realtime) {
@@ -73,6 +73,7 @@ class Run {
     if (tracked.state == TrackingState::kTracking) ++result->tracked;
     result->stages.extract.push_back(tracked.times.extract_ms);
     result->stages.stereo.push_back(tracked.times.stereo_ms);
+    result->stages.classify.push_back(tracked.times.classify_ms);
     result->stages.match.push_back(tracked.times.match_ms);
     result->stages.optimize.push_back(tracked.times.optimize_ms);
     result->stages.track.push_back(tracked.times.total_ms);
@@ -104,11 +105,14 @@ absl::StatusOr<std::optional<double>> CompareWithTruth(const client::FrameSource
 
 }  // namespace
 
-absl::StatusOr<FrameInput> DecodeFrame(const client::SourceFrame& frame) {
+absl::StatusOr<FrameInput> DecodeFrame(const client::SourceFrame& frame, bool with_colour) {
   FrameInput input;
   input.sequence = frame.sequence;
   input.timestamp = frame.timestamp;
   SEMMAP_ASSIGN_OR_RETURN(input.image, client::DecodeGray(frame.image));
+  if (with_colour) {
+    SEMMAP_ASSIGN_OR_RETURN(input.colour, client::DecodeColour(frame.image));
+  }
   if (!frame.right.empty()) {
     SEMMAP_ASSIGN_OR_RETURN(input.right, client::DecodeGray(frame.right));
   }
@@ -127,10 +131,12 @@ absl::StatusOr<RunResult> RunOnce(const BenchOptions& options) {
   SEMMAP_ASSIGN_OR_RETURN(const auto vocabulary, LoadVocabulary(options.config.place));
   SlamConfig config = options.config;
   if (!options.close_loops) config.loop.enabled = false;
+  if (!options.realtime) config.segmentation.max_wait_ms = 0;
   MeasuringSink sink;
   const std::unique_ptr<Executor> executor = MakeThreadPool(1);
-  SEMMAP_ASSIGN_OR_RETURN(const std::unique_ptr<Session> session,
-                          Session::Create(config, source->rig(), &sink, executor.get(), vocabulary));
+  SEMMAP_ASSIGN_OR_RETURN(
+      const std::unique_ptr<Session> session,
+      Session::Create(config, source->rig(), &sink, executor.get(), vocabulary, options.segmentation));
   RunResult result;
   const double cpu_before = ProcessCpuSeconds();
   const auto start = Clock::now();
@@ -144,6 +150,8 @@ absl::StatusOr<RunResult> RunOnce(const BenchOptions& options) {
   result.points = stats.points;
   result.loops = stats.loops;
   result.recoveries = stats.recoveries;
+  result.classified = stats.classified_frames;
+  result.unclassified = stats.unclassified_frames;
   result.bytes_per_keyframe = sink.BytesPerKeyFrame();
   result.bytes_per_point = sink.BytesPerPoint();
   result.trajectory = sink.collector().Compose();

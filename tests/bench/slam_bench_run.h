@@ -18,6 +18,7 @@ struct StageSamples {
   std::vector<double> decode;
   std::vector<double> extract;
   std::vector<double> stereo;
+  std::vector<double> classify;
   std::vector<double> match;
   std::vector<double> optimize;
   std::vector<double> track;
@@ -35,6 +36,8 @@ struct RunResult {
   int points = 0;
   int loops = 0;
   int recoveries = 0;
+  uint64_t classified = 0;
+  uint64_t unclassified = 0;
   StageSamples stages;
   double wall_s = 0;
   // User and system time of all threads from the first frame to the end of mapping, decoding included, unit
@@ -50,8 +53,8 @@ struct RunResult {
   Trajectory trajectory;
 };
 
-// The images of a frame as a session takes them.
-absl::StatusOr<FrameInput> DecodeFrame(const client::SourceFrame& frame);
+// The images of a frame as a session takes them; `with_colour`: for segmentation.
+absl::StatusOr<FrameInput> DecodeFrame(const client::SourceFrame& frame, bool with_colour = false);
 
 // Plays the recording through a Session in this process.
 absl::StatusOr<RunResult> RunOnce(const BenchOptions& options);
