@@ -7,6 +7,7 @@
 
 #include "client/grpc_status.h"
 #include "client/message_reader.h"
+#include "client/message_writer.h"
 #include "client/names.h"
 #include "client/request_id.h"
 #include "semmap/v1/localization_service.grpc.pb.h"
@@ -43,6 +44,25 @@ absl::Status ReadAll(MessageReader<Response>& reader, std::chrono::milliseconds 
     if (!consumer(*response)) return reader.Finish(true);
   }
   return reader.Finish(false);
+}
+
+// Sends the header that `request` holds, then what `read` gives. Fails only with `read`'s status: what the
+// server says is told when the call is finished.
+template <typename Writer>
+absl::Status SendAll(Writer& writer, v1::ImportMapRequest* request,
+                     const std::function<absl::StatusOr<size_t>(std::span<char>)>& read,
+                     std::chrono::milliseconds timeout) {
+  constexpr size_t kChunk = 256 << 10;
+  writer.Begin();
+  while (writer.Write(*request, timeout)) {
+    std::string& chunk = *request->mutable_chunk();
+    chunk.resize(kChunk);
+    const auto size = read(std::span<char>(chunk));
+    if (!size.ok()) return size.status();
+    if (*size == 0) return absl::OkStatus();
+    chunk.resize(*size);
+  }
+  return absl::OkStatus();
 }
 
 // How often progress is told; the end of an operation is answered at once.
@@ -100,6 +120,15 @@ absl::StatusOr<std::vector<v1::Map>> Client::ListMaps() {
   return maps;
 }
 
+absl::StatusOr<v1::Map> Client::UpdateMap(const v1::Map& map, const std::vector<std::string>& paths) {
+  v1::UpdateMapRequest request;
+  *request.mutable_map() = map;
+  request.mutable_map()->set_name(MapName(map.name()));
+  for (const std::string& path : paths) request.mutable_update_mask()->add_paths(path);
+  request.set_request_id(NewRequestId());
+  return CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::UpdateMap, request);
+}
+
 absl::Status Client::DeleteMap(const std::string& map) {
   v1::DeleteMapRequest request;
   request.set_name(MapName(map));
@@ -116,8 +145,10 @@ absl::StatusOr<v1::Map> Client::RenameMap(const std::string& map, const std::str
 }
 
 template <typename Response>
-absl::StatusOr<Response> Client::Finish(absl::StatusOr<v1::Operation> operation, const Progress& progress) {
+absl::StatusOr<Response> Client::Finish(absl::StatusOr<v1::Operation> operation, const Progress& progress,
+                                        std::string* name) {
   bool cancelled = false;
+  if (name != nullptr && operation.ok()) *name = operation->name();
   while (operation.ok() && !operation->done()) {
     if (!cancelled && progress && !progress(operation->metadata())) {
       cancelled = true;
@@ -164,6 +195,52 @@ absl::StatusOr<v1::CheckMapResponse> Client::RepairMap(const std::string& map, c
       CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::RepairMap, request), progress);
 }
 
+absl::StatusOr<v1::Map> Client::ImportMap(const std::string& map, const std::string& sha256,
+                                          const std::function<absl::StatusOr<size_t>(std::span<char>)>& read,
+                                          const Progress& progress) {
+  v1::ImportMapRequest request;
+  request.mutable_header()->set_name(MapName(map));
+  request.mutable_header()->set_format(v1::MAP_FILE_FORMAT_SEMMAP);
+  request.mutable_header()->set_sha256(sha256);
+  request.mutable_header()->set_request_id(NewRequestId());
+  MessageWriter<v1::ImportMapRequest, v1::Operation> writer;
+  stubs_->maps.async()->ImportMap(writer.context(), writer.response(), &writer);
+  const absl::Status sent = SendAll(writer, &request, read, connection_->options().call_timeout);
+  absl::Status finished = writer.Finish(!sent.ok(), connection_->options().call_timeout);
+  if (!sent.ok()) return sent;
+  if (!finished.ok()) return finished;
+  return Finish<v1::Map>(*writer.response(), progress);
+}
+
+absl::StatusOr<Client::Export> Client::ExportMap(v1::ExportMapRequest request, const Progress& progress) {
+  request.set_name(MapName(request.name()));
+  request.set_request_id(NewRequestId());
+  Export result;
+  auto file = Finish<v1::ExportMapResponse>(
+      CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::ExportMap, request), progress,
+      &result.operation);
+  if (!file.ok()) return file.status();
+  result.file = *std::move(file);
+  return result;
+}
+
+absl::Status Client::ReadArtifact(const std::string& artifact, int64_t offset,
+                                  const Consumer<v1::ReadArtifactResponse>& consumer) {
+  v1::ReadArtifactRequest request;
+  request.set_name(artifact);
+  request.set_offset(offset);
+  MessageReader<v1::ReadArtifactResponse> reader;
+  stubs_->maps.async()->ReadArtifact(reader.context(), &request, &reader);
+  return ReadAll(reader, connection_->options().call_timeout, consumer);
+}
+
+absl::Status Client::DeleteOperation(const std::string& operation) {
+  v1::DeleteOperationRequest request;
+  request.set_name(operation);
+  return CallUnary(*connection_, stubs_->operations, &v1::OperationService::Stub::DeleteOperation, request)
+      .status();
+}
+
 absl::StatusOr<v1::MapSummary> Client::GetMapSummary(const std::string& map) {
   v1::GetMapSummaryRequest request;
   request.set_name(MapName(map));
@@ -206,6 +283,13 @@ absl::Status Client::GetTrajectory(v1::GetTrajectoryRequest request,
 absl::StatusOr<v1::RelocalizeResponse> Client::Relocalize(v1::RelocalizeRequest request) {
   request.set_map(MapName(request.map()));
   return CallUnary(*connection_, stubs_->localization, &v1::LocalizationService::Stub::Relocalize, request);
+absl::Status Client::WatchMap(v1::WatchMapRequest request, const Consumer<v1::WatchMapResponse>& consumer) {
+  // Nothing may change for long.
+  constexpr std::chrono::milliseconds kPatience = std::chrono::hours(24 * 365);
+  request.set_map(MapName(request.map()));
+  MessageReader<v1::WatchMapResponse> reader;
+  stubs_->maps.async()->WatchMap(reader.context(), &request, &reader);
+  return ReadAll(reader, kPatience, consumer);
 }
 
 absl::StatusOr<v1::Session> Client::GetSession(const std::string& session) {

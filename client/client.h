@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,8 @@ class Client {
   absl::StatusOr<v1::Map> GetMap(const std::string& map);
   // All pages.
   absl::StatusOr<std::vector<v1::Map>> ListMaps();
+  // Changes the fields that `paths` names: "display_name", "labels", "anchor".
+  absl::StatusOr<v1::Map> UpdateMap(const v1::Map& map, const std::vector<std::string>& paths);
   absl::Status DeleteMap(const std::string& map);
   absl::StatusOr<v1::Map> RenameMap(const std::string& map, const std::string& new_name);
   // These take long; they return when the server is done. A Progress that returns false cancels the operation
@@ -44,6 +47,22 @@ class Client {
                                   const Progress& progress);
   absl::StatusOr<v1::CheckMapResponse> CheckMap(const std::string& map, const Progress& progress);
   absl::StatusOr<v1::CheckMapResponse> RepairMap(const std::string& map, const Progress& progress);
+  // Sends a map file in pieces: `read` fills the next bytes, at most as many as its argument has room for,
+  // and answers how many, 0 at the end. `sha256` of the whole file, 32 bytes, or empty.
+  absl::StatusOr<v1::Map> ImportMap(const std::string& map, const std::string& sha256,
+                                    const std::function<absl::StatusOr<size_t>(std::span<char>)>& read,
+                                    const Progress& progress);
+  // The file is to be fetched by ReadArtifact; DeleteOperation of `operation` deletes it.
+  struct Export {
+    v1::ExportMapResponse file;
+    std::string operation;
+  };
+  absl::StatusOr<Export> ExportMap(v1::ExportMapRequest request, const Progress& progress);
+  // The bytes of a file from `offset` on, in pieces. `artifact` is the name that the export answered.
+  absl::Status ReadArtifact(const std::string& artifact, int64_t offset,
+                            const Consumer<v1::ReadArtifactResponse>& consumer);
+  // One that is done, by its name.
+  absl::Status DeleteOperation(const std::string& operation);
   absl::StatusOr<v1::MapSummary> GetMapSummary(const std::string& map);
 
   // Points arrive in pieces, in the order of their ids.
@@ -57,6 +76,9 @@ class Client {
 
   // Where a picture was taken. One that cannot be found is no failure: the response says why.
   absl::StatusOr<v1::RelocalizeResponse> Relocalize(v1::RelocalizeRequest request);
+  // All there is (unless it is of version `request.after_version`), then what changes, until the consumer
+  // wants no more. RESOURCE_EXHAUSTED, WATCHER_TOO_SLOW: begin anew with the last version seen.
+  absl::Status WatchMap(v1::WatchMapRequest request, const Consumer<v1::WatchMapResponse>& consumer);
 
   absl::StatusOr<v1::Session> GetSession(const std::string& session);
   // All pages; `request.page_token` is ignored.
@@ -67,7 +89,8 @@ class Client {
   struct Stubs;
   // Waits for the operation and unpacks its response.
   template <typename Response>
-  absl::StatusOr<Response> Finish(absl::StatusOr<v1::Operation> operation, const Progress& progress);
+  absl::StatusOr<Response> Finish(absl::StatusOr<v1::Operation> operation, const Progress& progress,
+                                  std::string* name = nullptr);
   std::shared_ptr<Connection> connection_;
   std::unique_ptr<Stubs> stubs_;
 };

@@ -26,7 +26,7 @@ echo "semmapd listens on $address, its database is in $out/store"
 
 step "two vehicles drive the simulated town at once, $frames frames each, and stream what they see"
 drive() {  # name route
-  "$bin/semmap" town drive --server "$address" --seed 1 --route "$2" --vehicles 20 --pedestrians 10 --frames "$frames" --stereo \
+  "$bin/semmap" town drive --server "$address" --seed 1 --route "$2" --vehicles 20 --pedestrians 10 --frames "$frames" --stereo --send-class \
     --map "town-$1" --vehicle "$1" --trajectory "$out/$1.txt" --truth "$out/$1.truth.txt" >"$out/$1.drive" 2>"$out/$1.progress"
 }
 drive red 2 & red=$!
@@ -47,5 +47,9 @@ step "the maps in the database"
 "$bin/semmap" map show town-red --server "$address"
 
 step "pictures"
+for name in red blue; do
+  "$bin/semmap" picture "town-$name" --server "$address" --output "$out/town-$name.png"
+done
 "$bin/semmap" town map --seed 1 --output "$out/town.png" >/dev/null
-echo "$out/red.png and $out/blue.png: trajectory and error; $out/town.png: the town from above"
+echo "$out/town-red.png and $out/town-blue.png: the maps, points by class; $out/red.png and $out/blue.png: trajectory and error;"
+echo "$out/town.png: the town from above"

@@ -8,11 +8,12 @@ packages=(
   # libraries
   libopencv-dev libeigen3-dev libceres-dev libabsl-dev libprotobuf-dev libgrpc++-dev libgrpc-dev libsqlite3-dev
   libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libjpeg-dev libxxhash-dev
-  libtorch-dev
+  libtorch-dev libssl-dev libgeographiclib-dev
   # the simulated town: off-screen OpenGL without a display
   libepoxy-dev libegl-dev libglm-dev libegl1 libegl-mesa0 libgl1-mesa-dri
   # tests
   libgtest-dev libgmock-dev libbenchmark-dev libfaiss-dev
+  python3 python3-grpcio python3-protobuf
 )
 
 missing=()

@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kMinCorners = 3;
 constexpr int kMaxCorners = 1000;
+constexpr int kMaxNearest = 100'000;
 // Stands for "without bound" in the store, which wants finite boxes; no map is that large.
 constexpr double kUnbounded = 1e12;
 
@@ -28,10 +29,22 @@ absl::StatusOr<AreaFilter> FromSphere(const v1::Sphere& sphere) {
     return AreaInvalid("the sphere has no inside or is not finite");
   }
   const Eigen::Vector3d half = Eigen::Vector3d::Constant(radius);
-  return AreaFilter{Eigen::AlignedBox3d(center - half, center + half),
-                    [center, radius](const Eigen::Vector3d& point) {
-                      return (point - center).squaredNorm() <= radius * radius;
-                    }};
+  AreaFilter result;
+  result.box.emplace(center - half, center + half);
+  result.contains = [center, radius](const Eigen::Vector3d& point) {
+    return (point - center).squaredNorm() <= radius * radius;
+  };
+  return result;
+}
+
+absl::StatusOr<AreaFilter> FromNearest(const v1::Nearest& nearest) {
+  const Eigen::Vector3d point = FromProto(nearest.point());
+  if (!point.allFinite() || nearest.count() < 1 || nearest.count() > kMaxNearest) {
+    return AreaInvalid("the nearest 1 to 100000 things of a finite point can be asked for");
+  }
+  AreaFilter result;
+  result.nearest = {point, static_cast<size_t>(nearest.count())};
+  return result;
 }
 
 // Whether a ray from `point` along the first axis crosses the border an odd number of times.
@@ -63,9 +76,12 @@ absl::StatusOr<AreaFilter> FromPolygon(const v1::Polygon& polygon) {
   }
   box.min()[3 - second_axis] = -kUnbounded;
   box.max()[3 - second_axis] = kUnbounded;
-  return AreaFilter{box, [corners = std::move(corners), second_axis](const Eigen::Vector3d& point) {
-                      return IsInside(corners, {point.x(), point[second_axis]});
-                    }};
+  AreaFilter result;
+  result.box = box;
+  result.contains = [corners = std::move(corners), second_axis](const Eigen::Vector3d& point) {
+    return IsInside(corners, {point.x(), point[second_axis]});
+  };
+  return result;
 }
 
 }  // namespace
@@ -74,14 +90,16 @@ absl::StatusOr<AreaFilter> FromProto(const v1::Area& area) {
   switch (area.area_case()) {
     case v1::Area::kBox: {
       SEMMAP_ASSIGN_OR_RETURN(const Eigen::AlignedBox3d box, FromProto(area.box()));
-      return AreaFilter{box, nullptr};
+      AreaFilter result;
+      result.box = box;
+      return result;
     }
     case v1::Area::kPolygon:
       return FromPolygon(area.polygon());
     case v1::Area::kSphere:
       return FromSphere(area.sphere());
     case v1::Area::kNearest:
-      return NotImplemented("area.nearest");
+      return FromNearest(area.nearest());
     default:
       return AreaFilter{};
   }

@@ -47,7 +47,7 @@ absl::StatusOr<Config> ReadConfig(const Options& options) {
   }
   if (!options.listen.empty()) config.server.listen = options.listen;
   if (!options.data_directory.empty()) {
-    const absl::Status status = semmap::server::UseDataDirectory(options.data_directory, &config.storage);
+    const absl::Status status = semmap::server::UseDataDirectory(options.data_directory, &config);
     if (!status.ok()) return status;
   }
   return config;

@@ -24,6 +24,9 @@ v1::GeoAnchor AnchorToProto(const storage::GeoAnchor& anchor) {
   proto.mutable_origin()->set_altitude_m(anchor.altitude_m);
   proto.mutable_enu_from_map()->set_scale(anchor.enu_from_map.scale);
   *proto.mutable_enu_from_map()->mutable_pose() = ToProto(anchor.enu_from_map.rigid);
+  const bool fitted = anchor.source == storage::GeoAnchor::Source::kFitted;
+  proto.set_source(fitted ? v1::GeoAnchor::SOURCE_GNSS : v1::GeoAnchor::SOURCE_MANUAL);
+  proto.set_rms_error_m(anchor.rms_error_m);
   return proto;
 }
 
@@ -34,11 +37,15 @@ std::string ClassName(unsigned semantic_class) {
                                                   : "Unknown";
 }
 
-std::string EtagOf(const storage::MapInfo& map) { return absl::StrCat(map.id.value(), "-", map.version); }
+std::string EtagOf(const storage::MapInfo& map) {
+  return absl::StrCat(map.id.value(), "-", map.version, "-", map.revision);
+}
 
 v1::Map ToProto(const storage::MapInfo& map) {
   v1::Map proto;
   proto.set_name(MapName(map.name));
+  proto.set_display_name(map.display_name);
+  proto.mutable_labels()->insert(map.labels.begin(), map.labels.end());
   proto.set_state(map.keyframe_count == 0 ? v1::MAP_STATE_EMPTY : v1::MAP_STATE_READY);
   proto.set_version(map.version);
   *proto.mutable_create_time() = ToTimestamp(map.created_at);

@@ -11,6 +11,7 @@ constexpr size_t kMaxIdLength = 63;
 constexpr std::string_view kMapPrefix = "maps/";
 constexpr std::string_view kSessionPrefix = "sessions/";
 constexpr std::string_view kOperationPrefix = "operations/";
+constexpr std::string_view kArtifactPrefix = "artifacts/";
 
 bool IsAlphanumeric(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
@@ -54,6 +55,10 @@ absl::StatusOr<std::string> ParseOperationName(std::string_view field, std::stri
   return ParseName(field, kOperationPrefix, name);
 }
 
+absl::StatusOr<std::string> ParseArtifactName(std::string_view field, std::string_view name) {
+  return ParseName(field, kArtifactPrefix, name);
+}
+
 std::string MapName(std::string_view map_id) { return std::string(kMapPrefix).append(map_id); }
 
 std::string SessionName(std::string_view session_id) {
@@ -62,6 +67,10 @@ std::string SessionName(std::string_view session_id) {
 
 std::string OperationName(std::string_view operation_id) {
   return std::string(kOperationPrefix).append(operation_id);
+}
+
+std::string ArtifactName(std::string_view artifact_id) {
+  return std::string(kArtifactPrefix).append(artifact_id);
 }
 
 absl::Status ValidateText(std::string_view field, std::string_view text, size_t max_length) {

@@ -25,6 +25,10 @@ void ServerConfig::Read(ConfigReader& reader) {
   reader.Number("query_chunk", &query_chunk, 1, 20'000);
   reader.Number("map_memory_mb", &map_memory_mb, 1, 1'000'000);
   reader.Number("map_reload_s", &map_reload_s, 0, 3600);
+  reader.Number("watcher_backlog", &watcher_backlog, 1, 100'000'000);
+  reader.Text("artifact_directory", &artifact_directory);
+  reader.Number("max_artifacts_mb", &max_artifacts_mb, 1, 10'000'000);
+  reader.Number("artifact_lifetime_s", &artifact_lifetime_s, 1, 604'800);
   reader.Flag("reflection", &reflection);
   reader.Choice("log_level", &log_level, {"trace", "debug", "info", "warn", "error"});
 }

@@ -35,6 +35,11 @@ struct ServerConfig {
   // between two loadings of a map that changes.
   int map_memory_mb = 512;
   double map_reload_s = 1;
+  int watcher_backlog = 100'000;  // changed things that wait for a watcher; more: it is too slow
+  // Files of imports and exports. A relative directory lies in that of the database; nobody else may use it.
+  std::string artifact_directory = "artifacts";
+  int max_artifacts_mb = 4096;        // all files together; more: RESOURCE_EXHAUSTED
+  double artifact_lifetime_s = 3600;  // until what an export wrote is deleted
   bool reflection = true;
   std::string log_level = "info";  // trace, debug, info, warn, error
 

@@ -2,7 +2,9 @@
 
 #include <functional>
 
+#include "server/artifacts.h"
 #include "server/map_cache.h"
+#include "server/map_watchers.h"
 #include "server/operations.h"
 #include "server/request_log.h"
 #include "server/server_config.h"
@@ -20,6 +22,8 @@ struct ServiceContext {
   RequestLog* requests = nullptr;
   Timer* timer = nullptr;
   Operations* operations = nullptr;
+  Artifacts* artifacts = nullptr;
+  MapWatchers* watchers = nullptr;
   std::function<TimestampNs()> wall_clock;
   SlamConfig slam;
   MapCache* maps = nullptr;

@@ -223,9 +223,14 @@ absl::StatusOr<storage::MapId> SessionRegistry::MakeEmptyMap(const SessionIdenti
       return Error(v1::ERROR_REASON_MAP_NOT_EMPTY, "the map holds keyframes already",
                    {{"map", identity.map_id}});
     }
-    // An empty map knows nothing but when it was made and an arbitrary rig: begin it anew with the vehicle's.
+    // An empty map knows nothing but what was said about it and an arbitrary rig: begin it anew with the
+    // vehicle's.
     map.created_at = existing->created_at;
+    map.display_name = existing->display_name;
+    map.labels = existing->labels;
+    map.anchor = existing->anchor;
     SEMMAP_RETURN_IF_ERROR(FromStore(store.DeleteMap(existing->id)));
+    environment_.watchers->OnReset(existing->id);
   } else if (existing.status().code() != absl::StatusCode::kNotFound) {
     return FromStore(existing.status());
   }

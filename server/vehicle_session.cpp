@@ -12,6 +12,7 @@
 #include "server/names.h"
 #include "server/pose_conversion.h"
 #include "server/rig_conversion.h"
+#include "server/session_anchor.h"
 #include "server/session_conversion.h"
 
 namespace semmap::server {
@@ -222,6 +223,7 @@ void VehicleSession::Process(const QueuedFrame& queued) {
       slam_->WaitForMapper(environment_.config.mapper_backlog);
     auto result = slam_->Track(*input);
     if (result.ok()) {
+      if (queued.frame.has_gnss()) gnss_.Add(queued.frame.sequence(), queued.frame.gnss());
       RecordResult(queued, *result, MillisecondsBetween(queued.arrival, start),
                    MillisecondsBetween(start, decoded));
       return;
@@ -290,6 +292,7 @@ void VehicleSession::StoreEnd() {
   }
   const absl::Status status = environment_.store->EndSession(store_map_, store_session_, now, counters);
   if (!status.ok()) spdlog::error("session end not stored session={} {}", identity_.id, LogText(status));
+  if (status.ok() && !gnss_.samples().empty()) AnchorMap();
 
   std::vector<std::function<void(const v1::Session&)>> when_over;
   v1::Session snapshot;
@@ -311,6 +314,14 @@ void VehicleSession::StoreEnd() {
                identity_.map_id, counters.frames_received, counters.frames_tracked,
                snapshot.statistics().keyframes(), snapshot.statistics().points());
   Wake();
+}
+
+void VehicleSession::AnchorMap() {
+  if (identity_.mode == v1::SESSION_MODE_LOCALIZE) return;
+  const absl::Status status = AnchorByFixes(*environment_.store, store_map_, store_session_, gnss_);
+  if (!status.ok()) {
+    spdlog::info("map not anchored session={} map={} {}", identity_.id, identity_.map_id, LogText(status));
+  }
 }
 
 void VehicleSession::WhenOver(std::function<void(const v1::Session&)> function) {
@@ -375,6 +386,7 @@ void VehicleSession::StoreDelta(const MapDelta& delta) {
     DropWaitingFrames();
     return;
   }
+  environment_.watchers->OnStored(*environment_.store, store_map_, delta);
   storage::SessionCounters counters;
   {
     MutexLock lock(&mutex_);

@@ -10,8 +10,10 @@
 #include "absl/status/status.h"
 #include "semmap/v1/session.pb.h"
 #include "server/frame_queue.h"
+#include "server/gnss_track.h"
 #include "server/latency_histogram.h"
 #include "server/map_cache.h"
+#include "server/map_watchers.h"
 #include "server/map_writer.h"
 #include "server/server_config.h"
 #include "server/stream_outbox.h"
@@ -36,6 +38,7 @@ struct SessionEnvironment {
   Executor* trackers = nullptr;
   Executor* mappers = nullptr;
   MapWriter* writer = nullptr;
+  MapWatchers* watchers = nullptr;
   std::function<TimestampNs()> wall_clock;  // Unix epoch
   MapCache* maps = nullptr;                 // null: no session in stored maps
 };
@@ -129,6 +132,7 @@ class VehicleSession : public std::enable_shared_from_this<VehicleSession>, priv
   void StoreDelta(const MapDelta& delta);
   absl::Status Apply(const MapDelta& delta);
   void StoreEnd();
+  void AnchorMap();
 
   void RecordResult(const QueuedFrame& queued, const FrameResult& result, double queue_ms, double decode_ms);
   void Wake();
@@ -142,9 +146,10 @@ class VehicleSession : public std::enable_shared_from_this<VehicleSession>, priv
   storage::MapId store_map_;
   storage::SessionId store_session_;
 
-  // Touched by Step alone.
+  // Touched by Step alone, and by StoreEnd, which the last step posts.
   std::unique_ptr<Session> slam_;
   bool keeps_colours_ = false;
+  GnssTrack gnss_;
   // Touched by the writer's thread alone.
   bool store_failed_ = false;
   uint64_t stored_deltas_ = 0;

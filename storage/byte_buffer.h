@@ -84,6 +84,8 @@ class ByteReader {
   }
 
   size_t remaining() const { return bytes_.size(); }
+  // What was read makes no sense.
+  void Fail() { ok_ = false; }
   bool ok() const { return ok_; }
   // Everything was read and nothing was missing.
   bool AtEnd() const { return ok_ && bytes_.empty(); }

@@ -45,4 +45,10 @@ double ChooseCellSize(const std::vector<MapPointRecord>& points) {
   return std::exp2(std::clamp(exponent, kMinExponent, kMaxExponent));
 }
 
+bool IsCellSize(double size) {
+  int exponent = 0;
+  return size >= std::exp2(kMinExponent) && size <= std::exp2(kMaxExponent) &&
+         std::frexp(size, &exponent) == 0.5;
+}
+
 }  // namespace semmap::storage

@@ -28,5 +28,7 @@ Cell UnpackCell(int64_t key);
 // A power of two that suits a map: some tens of points in a cube, told by the distances from which its first
 // points were seen, because the unit of a monocular map is arbitrary.
 double ChooseCellSize(const std::vector<MapPointRecord>& points);
+// Whether ChooseCellSize can have answered this.
+bool IsCellSize(double size);
 
 }  // namespace semmap::storage

@@ -41,6 +41,10 @@ class BackendRegistry {
 
 }  // namespace
 
+absl::Status MapStore::SetAnchor(MapId map, const std::optional<GeoAnchor>& anchor) {
+  return UpdateMap(map, {.anchor = anchor}).status();
+}
+
 absl::StatusOr<std::unique_ptr<MapStore>> OpenMapStore(const StorageConfig& config) {
   absl::StatusOr<MapStoreFactory> factory = BackendRegistry::Instance().Find(config.uri);
   if (!factory.ok()) return factory.status();

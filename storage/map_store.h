@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -41,11 +42,20 @@ struct TimeRange {
 
 // Ties a map to the Earth: east-north-up axes at a WGS84 position, and where the map's points lie in them.
 struct GeoAnchor {
+  enum class Source {
+    kGiven = 1,   // by a person or another program
+    kFitted = 2,  // to fixes of satellite receivers
+  };
   double latitude_deg = 0;   // [-90, 90]
   double longitude_deg = 0;  // [-180, 180]
   double altitude_m = 0;     // above the ellipsoid
   Sim3 enu_from_map;         // its scale is 1 where the map's own scale is known
+  Source source = Source::kGiven;
+  double rms_error_m = 0;  // of the fit, horizontal; 0 for a given one
 };
+
+// Free texts by free keys: at most 64, keys of 1 to 252 bytes, values of at most 1020.
+using Labels = std::map<std::string, std::string>;
 
 // What a map is created with.
 struct NewMap {
@@ -56,14 +66,33 @@ struct NewMap {
   CameraRig rig;
   // False while the unit of length is arbitrary (monocular).
   bool scale_known = true;
+  std::string display_name = {};  // at most 1024 bytes of any text
+  Labels labels = {};
+  std::optional<GeoAnchor> anchor = std::nullopt;
+};
+
+// What to change of what is said about a map; what is absent stays.
+struct MapChanges {
+  std::optional<std::string> display_name = std::nullopt;
+  std::optional<Labels> labels = std::nullopt;
+  // Of the anchor, an absent one takes it away.
+  std::optional<std::optional<GeoAnchor>> anchor = std::nullopt;
+  // Only if the map's version and revision still are these.
+  struct State {
+    uint64_t version = 0;
+    uint64_t revision = 0;
+  };
+  std::optional<State> expected = std::nullopt;
 };
 
 struct MapInfo {
   MapId id;
   std::string name;
   TimestampNs created_at = 0;
-  // Last change of contents, name or anchor, to the second; absent for maps that an older version of the
-  // store changed last.
+  std::string display_name;
+  Labels labels;
+  // Last change of contents or of what is said about it, to the second; absent for maps that an older version
+  // of the store changed last.
   std::optional<TimestampNs> updated_at;
   CameraRig rig;
   bool scale_known = true;
@@ -72,6 +101,8 @@ struct MapInfo {
   uint64_t point_count = 0;
   // Grows by one with each delta that is applied, whoever sent it, unless there is nothing in it but frames.
   uint64_t version = 0;
+  // Grows by one with each change of name, display name, labels or anchor.
+  uint64_t revision = 0;
   // The greatest ids that the map ever held, 0 for none: new ones must be greater.
   KeyFrameId last_keyframe_id;
   MapPointId last_point_id;
@@ -265,8 +296,19 @@ class MapStore {
   // when `map` was changed meanwhile.
   virtual absl::StatusOr<MapInfo> CopyMap(MapId map, std::string_view name, TimestampNs created_at,
                                           const ProgressVisitor& progress) = 0;
+  // Writes one map, as it is at one instant, to a new file that ImportMap reads. The file appears under its
+  // name when it is complete, until then with ".part" behind it. ALREADY_EXISTS; PERMISSION_DENIED.
+  virtual absl::Status ExportMap(MapId map, const std::string& path, const ProgressVisitor& progress) = 0;
+  // Makes a map of such a file, in bounded transactions; it is not seen before it is whole. Sessions keep
+  // their names where these are free, others get the map's id behind theirs. The file may come from anywhere:
+  // INVALID_ARGUMENT says what is wrong with it. It is this call's alone and may be changed (an older version
+  // is upgraded). ALREADY_EXISTS when the name is taken.
+  virtual absl::StatusOr<MapInfo> ImportMap(const std::string& path, std::string_view name,
+                                            TimestampNs created_at, const ProgressVisitor& progress) = 0;
+  // ABORTED when `changes.expected` is not how the map is.
+  virtual absl::StatusOr<MapInfo> UpdateMap(MapId map, const MapChanges& changes) = 0;
   // nullopt takes the anchor away.
-  virtual absl::Status SetAnchor(MapId map, const std::optional<GeoAnchor>& anchor) = 0;
+  absl::Status SetAnchor(MapId map, const std::optional<GeoAnchor>& anchor);
 
   // --- Sessions
 

@@ -13,6 +13,10 @@ namespace semmap::storage {
 namespace {
 
 constexpr size_t kMaxMapName = 63;
+constexpr size_t kMaxDisplayName = 1024;
+constexpr size_t kMaxLabels = 64;
+constexpr size_t kMaxLabelKey = 252;
+constexpr size_t kMaxLabelValue = 1020;
 constexpr size_t kMaxSessionName = 128;
 constexpr size_t kMaxVehicleId = 256;
 constexpr double kUnitTolerance = 1e-6;
@@ -158,7 +162,48 @@ absl::Status ValidateMapName(std::string_view name) {
 
 absl::Status ValidateNewMap(const NewMap& map) {
   SEMMAP_RETURN_IF_ERROR(ValidateMapName(map.name));
+  SEMMAP_RETURN_IF_ERROR(ValidateDescription(map.display_name, map.labels));
+  if (map.anchor.has_value()) SEMMAP_RETURN_IF_ERROR(ValidateAnchor(*map.anchor));
   return ValidateRigValues(map.rig);
+}
+
+bool IsUtf8(std::string_view text) {
+  for (size_t i = 0; i < text.size();) {
+    const auto byte = [&](size_t at) { return static_cast<uint8_t>(text[at]); };
+    const uint8_t lead = byte(i++);
+    if (lead < 0x80) continue;
+    const int more = lead >= 0xF0 ? 3 : lead >= 0xE0 ? 2 : 1;
+    if (lead < 0xC2 || lead > 0xF4 || text.size() - i < static_cast<size_t>(more)) return false;
+    uint32_t code = lead & (0x3F >> more);
+    for (int k = 0; k < more; ++k, ++i) {
+      if ((byte(i) & 0xC0) != 0x80) return false;
+      code = code << 6 | (byte(i) & 0x3FU);
+    }
+    constexpr uint32_t kShortest[] = {0, 0x80, 0x800, 0x10000};
+    const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
+    if (code < kShortest[more] || surrogate || code > 0x10FFFF) return false;
+  }
+  return true;
+}
+
+absl::Status ValidateDescription(const std::string& display_name, const Labels& labels) {
+  if (!IsUtf8(display_name)) return Refuse("display name is not UTF-8");
+  if (display_name.size() > kMaxDisplayName) return Refuse("display name is longer than ", kMaxDisplayName);
+  if (labels.size() > kMaxLabels) return Refuse("more than ", kMaxLabels, " labels");
+  for (const auto& [key, value] : labels) {
+    if (key.empty() || key.size() > kMaxLabelKey || value.size() > kMaxLabelValue || !IsUtf8(key) ||
+        !IsUtf8(value)) {
+      return Refuse("a label is empty, too long or not UTF-8");
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ValidateChanges(const MapChanges& changes) {
+  SEMMAP_RETURN_IF_ERROR(
+      ValidateDescription(changes.display_name.value_or(""), changes.labels.value_or(Labels())));
+  if (!changes.anchor.has_value() || !changes.anchor->has_value()) return absl::OkStatus();
+  return ValidateAnchor(**changes.anchor);
 }
 
 absl::Status ValidateNewSession(const NewSession& session) {
@@ -178,6 +223,8 @@ absl::Status ValidateAnchor(const GeoAnchor& anchor) {
   if (!std::isfinite(anchor.altitude_m)) return Refuse("anchor: altitude is not finite");
   const double scale = anchor.enu_from_map.scale;
   if (!std::isfinite(scale) || !(scale > 0)) return Refuse("anchor: scale must be positive");
+  if (!(anchor.rms_error_m >= 0) || !std::isfinite(anchor.rms_error_m))
+    return Refuse("anchor: bad rms error");
   return IsStorable(anchor.enu_from_map.rigid) ? absl::OkStatus()
                                                : Refuse("anchor: enu_from_map is not finite");
 }

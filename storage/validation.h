@@ -17,6 +17,10 @@ absl::Status ValidateDelta(const MapDelta& delta);
 absl::Status ValidateNewMap(const NewMap& map);
 absl::Status ValidateNewSession(const NewSession& session);
 absl::Status ValidateAnchor(const GeoAnchor& anchor);
+// Well-formed UTF-8 (RFC 3629): other text cannot be sent to anybody.
+bool IsUtf8(std::string_view text);
+absl::Status ValidateDescription(const std::string& display_name, const Labels& labels);
+absl::Status ValidateChanges(const MapChanges& changes);
 absl::Status ValidateCounters(const SessionCounters& counters);
 // Not empty, finite.
 absl::Status ValidateBox(const std::optional<Eigen::AlignedBox3d>& box);

@@ -12,6 +12,10 @@ void AddCommands(CLI::App& app, Action* action) {
   AddMapsCommand(app, action);
   AddMapCommand(app, action);
   AddPointsCommand(app, action);
+  AddExportCommand(app, action);
+  AddImportCommand(app, action);
+  AddPictureCommand(app, action);
+  AddWatchCommand(app, action);
   AddKeyFramesCommand(app, action);
   AddTrajectoryCommand(app, action);
   AddRelocalizeCommand(app, action);

@@ -20,7 +20,13 @@ void AddMapsCommand(CLI::App& parent, Action* action);
 void AddMapCommand(CLI::App& parent, Action* action);
 // Below `map`: rename, copy, check, repair.
 void AddMapCareCommands(CLI::App& map_command, Action* action);
+// Below `map`: update, anchor.
+void AddMapUpdateCommands(CLI::App& map_command, Action* action);
 void AddPointsCommand(CLI::App& parent, Action* action);
+void AddExportCommand(CLI::App& parent, Action* action);
+void AddImportCommand(CLI::App& parent, Action* action);
+void AddWatchCommand(CLI::App& parent, Action* action);
+void AddPictureCommand(CLI::App& parent, Action* action);
 void AddKeyFramesCommand(CLI::App& parent, Action* action);
 void AddTrajectoryCommand(CLI::App& parent, Action* action);
 void AddRelocalizeCommand(CLI::App& parent, Action* action);

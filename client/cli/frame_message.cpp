@@ -28,6 +28,15 @@ absl::StatusOr<v1::Frame> FrameMessage(SourceFrame frame) {
     SEMMAP_ASSIGN_OR_RETURN(*message.mutable_class_mask(), ImageMessage(std::move(frame.class_mask)));
   }
   if (frame.wheel_speed_m_s) message.mutable_odometry()->set_speed_m_s(*frame.wheel_speed_m_s);
+  if (frame.gnss) {
+    v1::GnssFix* fix = message.mutable_gnss();
+    fix->mutable_position()->set_latitude_deg(frame.gnss->latitude_deg);
+    fix->mutable_position()->set_longitude_deg(frame.gnss->longitude_deg);
+    fix->mutable_position()->set_altitude_m(frame.gnss->altitude_m);
+    fix->set_horizontal_accuracy_m(frame.gnss->accuracy_m);
+    // Receivers are about twice as wrong upwards.
+    fix->set_vertical_accuracy_m(2 * frame.gnss->accuracy_m);
+  }
   return message;
 }
 

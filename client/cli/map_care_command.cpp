@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
 #include "client/cli/map_report.h"
+#include "client/cli/operation_progress.h"
 #include "client/cli/server_options.h"
 #include "client/cli/table.h"
 #include "client/client.h"
@@ -31,16 +32,6 @@ absl::Status Print(const CareArguments& arguments, const char* done, const v1::M
     console.out << done << " " << IdOfName(arguments.map) << " to " << IdOfName(map.name()) << "\n";
   }
   return absl::OkStatus();
-}
-
-// Shows how far an operation is on a terminal.
-Client::Progress ShowOn(const Console& console) {
-  return [&console](const v1::OperationMetadata& metadata) {
-    if (console.err_is_terminal) {
-      console.err << "\r" << static_cast<int>(100 * metadata.progress()) << " %  " << std::flush;
-    }
-    return true;
-  };
 }
 
 absl::Status RunRename(const CareArguments& arguments, const Console& console) {

@@ -1,5 +1,7 @@
 #include "client/cli/map_report.h"
 
+#include <map>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/class_names.h"
@@ -24,6 +26,36 @@ std::string BoxText(bool there, const v1::Box& box) {
                          box.min().y(), box.max().y(), box.min().z(), box.max().z());
 }
 
+json AnchorJson(const v1::GeoAnchor& anchor) {
+  const v1::Similarity& enu_from_map = anchor.enu_from_map();
+  const v1::Quaternion& q = enu_from_map.pose().rotation();
+  return {{"latitude_deg", anchor.origin().latitude_deg()},
+          {"longitude_deg", anchor.origin().longitude_deg()},
+          {"altitude_m", anchor.origin().altitude_m()},
+          {"source", anchor.source() == v1::GeoAnchor::SOURCE_GNSS ? "gnss" : "manual"},
+          {"rms_error_m", anchor.rms_error_m()},
+          {"enu_from_map",
+           {{"scale", enu_from_map.scale()},
+            {"rotation_xyzw", {q.x(), q.y(), q.z(), q.w()}},
+            {"translation", VectorJson(enu_from_map.pose().translation())}}}};
+}
+
+// The lines that only some maps have.
+std::string DescriptionText(const v1::Map& map) {
+  std::string text;
+  if (!map.display_name().empty()) absl::StrAppend(&text, "called      ", map.display_name(), "\n");
+  const std::map<std::string, std::string> labels(map.labels().begin(), map.labels().end());
+  for (const auto& [key, value] : labels) absl::StrAppend(&text, "label       ", key, " = ", value, "\n");
+  if (!map.has_anchor()) return text;
+  const v1::GeoAnchor& anchor = map.anchor();
+  absl::StrAppendFormat(&text, "anchor      %.7f, %.7f, %.1f m, %s\n", anchor.origin().latitude_deg(),
+                        anchor.origin().longitude_deg(), anchor.origin().altitude_m(),
+                        anchor.source() == v1::GeoAnchor::SOURCE_GNSS
+                            ? absl::StrFormat("fitted to satellite fixes, %.2f m RMS", anchor.rms_error_m())
+                            : "given");
+  return text;
+}
+
 }  // namespace
 
 const char* MapStateName(v1::MapState state) {
@@ -38,8 +70,12 @@ const char* MapStateName(v1::MapState state) {
 }
 
 json MapJson(const v1::Map& map) {
+  json labels = json::object();
+  for (const auto& [key, value] : map.labels()) labels[key] = value;
   return {{"name", IdOfName(map.name())},
           {"display_name", map.display_name()},
+          {"labels", labels},
+          {"anchor", map.has_anchor() ? AnchorJson(map.anchor()) : json()},
           {"state", MapStateName(map.state())},
           {"version", map.version()},
           {"keyframes", map.keyframe_count()},
@@ -82,6 +118,7 @@ std::string MapSummaryTable(const v1::MapSummary& summary) {
       map.keyframe_count(), map.point_count(), summary.session_count(), summary.frame_count(),
       summary.trajectory_length_m(), BoxText(summary.has_point_extent(), summary.point_extent()),
       BoxText(summary.has_keyframe_extent(), summary.keyframe_extent()), FormatBytes(summary.size_bytes()));
+  absl::StrAppend(&text, DescriptionText(map));
   if (summary.classes().empty()) return text;
   Table classes({"CLASS", "NAME", "POINTS"});
   for (const v1::ClassCount& count : summary.classes()) {

@@ -58,6 +58,8 @@ absl::StatusOr<std::optional<SourceFrame>> TownSource::Next() {
   }
   if (options_.class_mask) sent.class_mask.pixels = frame_.left.mask.clone();
   sent.wheel_speed_m_s = frame_.wheel_speed;
+  if (const auto& fix = frame_.gnss)
+    sent.gnss = {fix->latitude, fix->longitude, fix->altitude, fix->deviation_m};
   if (truth_->empty()) map_from_town_ = frame_.town_from_camera.Inverse();
   truth_->poses.push_back({frame_.timestamp_ns, map_from_town_ * frame_.town_from_camera});
   return sent;

@@ -2,13 +2,11 @@
 
 #include <array>
 #include <cmath>
-#include <fstream>
-
-#include <opencv2/imgcodecs.hpp>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/chart.h"
+#include "client/cli/write_png.h"
 #include "slam/evaluation/mape.h"
 #include "slam/evaluation/statistics.h"
 
@@ -107,17 +105,6 @@ Chart ErrorChart(const TrajectoryPlot& plot) {
   error.points = CutAtGaps(error.points, times);
   chart.series = {std::move(error), std::move(rmse), std::move(median)};
   return chart;
-}
-
-absl::Status WritePng(const std::string& path, const cv::Mat& picture) {
-  std::vector<uint8_t> bytes;
-  // Encoded to memory first, so that the name of the file need not end in .png.
-  if (!cv::imencode(".png", picture, bytes)) return absl::InternalError("the plot cannot be encoded");
-  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
-  stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  if (!stream) return absl::UnavailableError(absl::StrCat(path, ": cannot be written"));
-  return absl::OkStatus();
 }
 
 }  // namespace

@@ -20,6 +20,14 @@ struct SourceFrame {
   SourceImage depth;
   SourceImage class_mask;  // the vehicle's own segmentation, if it has one
   std::optional<double> wheel_speed_m_s;
+  // Of a satellite receiver, WGS84.
+  struct GnssFix {
+    double latitude_deg = 0;
+    double longitude_deg = 0;
+    double altitude_m = 0;
+    double accuracy_m = 0;  // one standard deviation, horizontal
+  };
+  std::optional<GnssFix> gnss;
 };
 
 // A recording that can be played once from its beginning, one frame in memory at a time. Everything that can

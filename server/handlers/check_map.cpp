@@ -56,6 +56,7 @@ Answer Check(const ServiceContext& context, storage::MapId map) {
 
 Answer Repair(const ServiceContext& context, storage::MapId map) {
   SEMMAP_RETURN_IF_ERROR(FromStore(context.store->RepairMap(map)));
+  context.watchers->OnReset(map);
   return Check(context, map);
 }
 

@@ -22,6 +22,7 @@ absl::Status Delete(const ServiceContext& context, const v1::DeleteMapRequest& r
   }
   SEMMAP_RETURN_IF_ERROR(RequireUnused(context, map->name));
   SEMMAP_RETURN_IF_ERROR(FromStore(context.store->DeleteMap(map->id)));
+  context.watchers->OnReset(map->id);
   spdlog::info("map deleted map={}", map->name);
   return absl::OkStatus();
 }

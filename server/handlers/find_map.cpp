@@ -14,6 +14,11 @@ absl::StatusOr<storage::MapInfo> FindMap(const ServiceContext& context, const ch
   return Error(v1::ERROR_REASON_MAP_NOT_FOUND, "there is no " + name, {{"map", id}});
 }
 
+absl::StatusOr<GeoFrame> GeoFrameOf(const storage::MapInfo& map) {
+  if (map.anchor.has_value()) return GeoFrame(*map.anchor);
+  return Error(v1::ERROR_REASON_MAP_NOT_ANCHORED, "the map has no anchor", {{"map", map.name}});
+}
+
 absl::Status RequireUnused(const ServiceContext& context, const std::string& map_id) {
   if (!context.sessions->IsMapInUse(map_id)) return absl::OkStatus();
   return Error(v1::ERROR_REASON_MAP_IN_USE, "a session runs on the map", {{"map", map_id}});

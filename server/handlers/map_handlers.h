@@ -5,6 +5,7 @@
 #include "absl/status/statusor.h"
 #include "google/protobuf/empty.pb.h"
 #include "semmap/v1/map_service.pb.h"
+#include "server/geo_frame.h"
 #include "server/handlers/chunk_source.h"
 #include "server/service_context.h"
 
@@ -16,12 +17,14 @@ absl::StatusOr<v1::Map> CreateMap(const ServiceContext& context, const v1::Creat
 absl::StatusOr<v1::Map> GetMap(const ServiceContext& context, const v1::GetMapRequest& request);
 absl::StatusOr<v1::ListMapsResponse> ListMaps(const ServiceContext& context,
                                               const v1::ListMapsRequest& request);
+absl::StatusOr<v1::Map> UpdateMap(const ServiceContext& context, const v1::UpdateMapRequest& request);
 absl::StatusOr<google::protobuf::Empty> DeleteMap(const ServiceContext& context,
                                                   const v1::DeleteMapRequest& request);
 absl::StatusOr<v1::Map> RenameMap(const ServiceContext& context, const v1::RenameMapRequest& request);
 absl::StatusOr<v1::Operation> CopyMap(const ServiceContext& context, const v1::CopyMapRequest& request);
 absl::StatusOr<v1::Operation> CheckMap(const ServiceContext& context, const v1::CheckMapRequest& request);
 absl::StatusOr<v1::Operation> RepairMap(const ServiceContext& context, const v1::RepairMapRequest& request);
+absl::StatusOr<v1::Operation> ExportMap(const ServiceContext& context, const v1::ExportMapRequest& request);
 absl::StatusOr<v1::MapSummary> GetMapSummary(const ServiceContext& context,
                                              const v1::GetMapSummaryRequest& request);
 absl::StatusOr<v1::QueryKeyFramesResponse> QueryKeyFrames(const ServiceContext& context,
@@ -33,8 +36,13 @@ absl::StatusOr<std::unique_ptr<ChunkSource<v1::QueryMapPointsResponse>>> QueryMa
 absl::StatusOr<std::unique_ptr<ChunkSource<v1::GetTrajectoryResponse>>> GetTrajectory(
     const ServiceContext& context, const v1::GetTrajectoryRequest& request);
 
+absl::StatusOr<std::unique_ptr<ChunkSource<v1::ReadArtifactResponse>>> ReadArtifact(
+    const ServiceContext& context, const v1::ReadArtifactRequest& request);
+
 // MAP_IN_USE while a session runs on the map.
 absl::Status RequireUnused(const ServiceContext& context, const std::string& map_id);
+// MAP_NOT_ANCHORED.
+absl::StatusOr<GeoFrame> GeoFrameOf(const storage::MapInfo& map);
 // The map that a well-formed name stands for: NAME_INVALID, MAP_NOT_FOUND, and the store's own.
 absl::StatusOr<storage::MapInfo> FindMap(const ServiceContext& context, const char* field,
                                          const std::string& name);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "semmap/v1/map_service.pb.h"
 #include "server/error_reasons.h"
 #include "server/names.h"
 #include "server/page_token.h"
@@ -71,7 +72,13 @@ absl::StatusOr<google::protobuf::Empty> CancelOperation(const ServiceContext& co
 absl::StatusOr<google::protobuf::Empty> DeleteOperation(const ServiceContext& context,
                                                         const v1::DeleteOperationRequest& request) {
   SEMMAP_ASSIGN_OR_RETURN(const std::string id, ParseOperationName("name", request.name()));
+  SEMMAP_ASSIGN_OR_RETURN(const v1::Operation operation, context.operations->Get(id));
   SEMMAP_RETURN_IF_ERROR(context.operations->Forget(id));
+  v1::ExportMapResponse exported;
+  if (operation.response().UnpackTo(&exported)) {
+    SEMMAP_ASSIGN_OR_RETURN(const std::string artifact, ParseArtifactName("artifact", exported.artifact()));
+    context.artifacts->Remove(artifact);
+  }
   return google::protobuf::Empty();
 }
 

@@ -1,12 +1,14 @@
-#include <map>
+#include <algorithm>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "server/area_filter.h"
 #include "server/error_reasons.h"
 #include "server/handlers/map_handlers.h"
+#include "server/keyframe_conversion.h"
 #include "server/map_conversion.h"
 #include "server/names.h"
+#include "server/nearest.h"
 #include "server/page_token.h"
 #include "server/pose_conversion.h"
 #include "slam/common/status_macros.h"
@@ -39,19 +41,6 @@ absl::StatusOr<storage::KeyFrameQuery> ReadQuery(const ServiceContext& context, 
   return query;
 }
 
-v1::KeyFrame KeyFrameToProto(const storage::KeyFrameEntry& entry, const std::string& session_name) {
-  v1::KeyFrame proto;
-  proto.set_id(entry.record.id.value());
-  proto.set_session(SessionName(session_name));
-  proto.set_sequence(entry.record.sequence);
-  proto.set_timestamp_ns(entry.record.timestamp);
-  *proto.mutable_map_from_camera() = ToProto(entry.record.map_from_camera);
-  proto.set_parent_id(entry.record.parent.value());
-  proto.set_keypoint_count(static_cast<int32_t>(entry.keypoint_count));
-  proto.set_observation_count(static_cast<int32_t>(entry.observation_count));
-  return proto;
-}
-
 // One page of entries, and one more if there is one.
 absl::StatusOr<std::vector<storage::KeyFrameEntry>> ReadEntries(const ServiceContext& context,
                                                                 storage::MapId map,
@@ -59,7 +48,9 @@ absl::StatusOr<std::vector<storage::KeyFrameEntry>> ReadEntries(const ServiceCon
                                                                 const AreaFilter& area, size_t page) {
   std::vector<storage::KeyFrameEntry> entries;
   const auto visit = [&](const storage::KeyFrameEntry& entry) {
-    if (area.Contains(entry.record.map_from_camera.translation())) entries.push_back(entry);
+    if (area.Contains(entry.record.map_from_camera.translation(), entry.record.id.value())) {
+      entries.push_back(entry);
+    }
     return entries.size() <= page;
   };
   SEMMAP_RETURN_IF_ERROR(FromStore(context.store->ForEachKeyFrame(map, query, visit)));
@@ -72,15 +63,10 @@ absl::StatusOr<v1::QueryKeyFramesResponse> MakeResponse(const ServiceContext& co
                                                         size_t page, const std::string& scope) {
   v1::QueryKeyFramesResponse response;
   response.set_map_version(map.version);
-  std::map<storage::SessionId, std::string> names;
+  SessionNames names(context.store, map.id);
   for (size_t i = 0; i < std::min(entries.size(), page); ++i) {
-    std::string& name = names[entries[i].session];
-    if (name.empty()) {
-      const auto session = context.store->GetSession(map.id, entries[i].session);
-      if (!session.ok()) return FromStore(session.status());
-      name = session->name;
-    }
-    *response.add_keyframes() = KeyFrameToProto(entries[i], name);
+    SEMMAP_ASSIGN_OR_RETURN(const std::string name, names.NameOf(entries[i].session));
+    *response.add_keyframes() = ToProto(entries[i], name);
   }
   if (entries.size() > page) {
     response.set_next_page_token(MakePageToken(scope, absl::StrCat(entries[page - 1].record.id.value())));
@@ -95,7 +81,8 @@ absl::StatusOr<v1::QueryKeyFramesResponse> QueryKeyFrames(const ServiceContext& 
   SEMMAP_ASSIGN_OR_RETURN(const storage::MapInfo map, FindMap(context, "map", request.map()));
   SEMMAP_ASSIGN_OR_RETURN(const int page, ReadPageSize(request.page_size(), kStandardPage, kMaxPage));
   SEMMAP_ASSIGN_OR_RETURN(storage::KeyFrameQuery query, ReadQuery(context, map, request));
-  SEMMAP_ASSIGN_OR_RETURN(const AreaFilter area, FromProto(request.area()));
+  SEMMAP_ASSIGN_OR_RETURN(AreaFilter area, FromProto(request.area()));
+  SEMMAP_RETURN_IF_ERROR(ResolveNearest(*context.store, map.id, query, &area));
   query.box = area.box;
   SEMMAP_ASSIGN_OR_RETURN(const auto entries,
                           ReadEntries(context, map.id, query, area, static_cast<size_t>(page)));

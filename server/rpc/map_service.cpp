@@ -1,21 +1,16 @@
 #include "semmap/v1/map_service.grpc.pb.h"
 #include "server/handlers/map_handlers.h"
+#include "server/rpc/import_call.h"
 #include "server/rpc/services.h"
 #include "server/rpc/streamed_call.h"
 #include "server/rpc/unary_call.h"
+#include "server/rpc/watch_call.h"
 
 namespace semmap::server {
 namespace {
 
 using Call = grpc::CallbackServerContext;
 using Unary = grpc::ServerUnaryReactor;
-
-// Refuses an upload at once.
-class RefusedImport : public grpc::ServerReadReactor<v1::ImportMapRequest> {
- public:
-  RefusedImport() { Finish(ToGrpc(NotImplemented("ImportMap"))); }
-  void OnDone() override { delete this; }
-};
 
 class MapService : public v1::MapService::CallbackService {
  public:
@@ -29,6 +24,9 @@ class MapService : public v1::MapService::CallbackService {
   }
   Unary* ListMaps(Call* call, const v1::ListMapsRequest* request, v1::ListMapsResponse* response) override {
     return RunUnary(runner_, call, request, response, &server::ListMaps);
+  }
+  Unary* UpdateMap(Call* call, const v1::UpdateMapRequest* request, v1::Map* response) override {
+    return RunUnary(runner_, call, request, response, &server::UpdateMap);
   }
   Unary* DeleteMap(Call* call, const v1::DeleteMapRequest* request,
                    google::protobuf::Empty* response) override {
@@ -45,6 +43,9 @@ class MapService : public v1::MapService::CallbackService {
   }
   Unary* RepairMap(Call* call, const v1::RepairMapRequest* request, v1::Operation* response) override {
     return RunUnary(runner_, call, request, response, &server::RepairMap);
+  }
+  Unary* ExportMap(Call* call, const v1::ExportMapRequest* request, v1::Operation* response) override {
+    return RunUnary(runner_, call, request, response, &server::ExportMap);
   }
   Unary* GetMapSummary(Call* call, const v1::GetMapSummaryRequest* request,
                        v1::MapSummary* response) override {
@@ -64,25 +65,20 @@ class MapService : public v1::MapService::CallbackService {
     return new StreamedCall<v1::GetTrajectoryRequest, v1::GetTrajectoryResponse>(  // NOLINT: deletes itself
         runner_, call, request, &server::GetTrajectory);
   }
+  grpc::ServerWriteReactor<v1::ReadArtifactResponse>* ReadArtifact(
+      Call* call, const v1::ReadArtifactRequest* request) override {
+    return new StreamedCall<v1::ReadArtifactRequest, v1::ReadArtifactResponse>(  // NOLINT: deletes itself
+        runner_, call, request, &server::ReadArtifact);
+  }
+  grpc::ServerWriteReactor<v1::WatchMapResponse>* WatchMap(Call*,
+                                                           const v1::WatchMapRequest* request) override {
+    return WatchCall::Start(runner_, request);
+  }
+  grpc::ServerReadReactor<v1::ImportMapRequest>* ImportMap(Call* call, v1::Operation* response) override {
+    return ImportCall::Start(runner_, call, response);
+  }
 
   // What later versions bring.
-  Unary* UpdateMap(Call* call, const v1::UpdateMapRequest*, v1::Map*) override {
-    return AnswerNotImplemented(call, "UpdateMap");
-  }
-  grpc::ServerWriteReactor<v1::WatchMapResponse>* WatchMap(Call*, const v1::WatchMapRequest*) override {
-    return new RefusedStream<v1::WatchMapResponse>(NotImplemented("WatchMap"));  // NOLINT: deletes itself
-  }
-  grpc::ServerReadReactor<v1::ImportMapRequest>* ImportMap(Call*, v1::Operation*) override {
-    return new RefusedImport;  // NOLINT: deletes itself
-  }
-  Unary* ExportMap(Call* call, const v1::ExportMapRequest*, v1::Operation*) override {
-    return AnswerNotImplemented(call, "ExportMap");
-  }
-  grpc::ServerWriteReactor<v1::ReadArtifactResponse>* ReadArtifact(Call*,
-                                                                   const v1::ReadArtifactRequest*) override {
-    return new RefusedStream<v1::ReadArtifactResponse>(
-        NotImplemented("ReadArtifact"));  // NOLINT: deletes itself
-  }
   Unary* MergeMaps(Call* call, const v1::MergeMapsRequest*, v1::Operation*) override {
     return AnswerNotImplemented(call, "MergeMaps");
   }

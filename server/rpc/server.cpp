@@ -67,6 +67,8 @@ class GrpcServer : public Server {
         maps_(std::make_unique<MapCache>(CacheLimits(config.server),
                                          MakeMapLoader(store_.get(), config.slam, std::move(vocabulary)),
                                          loaders_.get())),
+        artifacts_(config.server.artifact_directory, int64_t{config.server.max_artifacts_mb} << 20,
+                   absl::Seconds(config.server.artifact_lifetime_s), WallClock),
         sessions_(std::make_unique<SessionRegistry>(Environment(), config.slam, std::move(factory), &timer_)),
         operations_(std::make_unique<Operations>(workers_.get(), WallClock)),
         context_(Context()),
@@ -94,11 +96,11 @@ class GrpcServer : public Server {
  private:
   SessionEnvironment Environment() {
     return {config_.server, store_.get(), trackers_.get(), mappers_.get(),
-            writer_.get(),  WallClock,    maps_.get()};
+            writer_.get(),  &watchers_,   WallClock,       maps_.get()};
   }
   ServiceContext Context() {
-    return {config_.server,    store_.get(), sessions_.get(), &requests_, &timer_,
-            operations_.get(), WallClock,    config_.slam,    maps_.get()};
+    return {config_.server, store_.get(), sessions_.get(), &requests_,   &timer_,    operations_.get(),
+            &artifacts_,    &watchers_,   WallClock,       config_.slam, maps_.get()};
   }
   static TimestampNs WallClock() { return absl::GetCurrentTimeNanos(); }
   std::string Host() const { return config_.server.listen.substr(0, config_.server.listen.rfind(':')); }
@@ -113,6 +115,8 @@ class GrpcServer : public Server {
   std::unique_ptr<Executor> loaders_;  // of maps
   std::unique_ptr<MapCache> maps_;
   RequestLog requests_;
+  MapWatchers watchers_;
+  Artifacts artifacts_;  // before the timer, which deletes them
   Timer timer_;
   std::unique_ptr<SessionRegistry> sessions_;
   std::unique_ptr<Operations> operations_;

@@ -73,12 +73,4 @@ class StreamedCall : public grpc::ServerWriteReactor<Response> {
   Response piece_;
 };
 
-// Ends a stream of answers at once.
-template <typename Response>
-class RefusedStream : public grpc::ServerWriteReactor<Response> {
- public:
-  explicit RefusedStream(const absl::Status& status) { this->Finish(ToGrpc(status)); }
-  void OnDone() override { delete this; }
-};
-
 }  // namespace semmap::server

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "slam/common/status_macros.h"
+#include "storage/sqlite/partial_file.h"
 #include "storage/sqlite/sqlite_status.h"
 
 namespace semmap::storage::sqlite {
@@ -14,26 +15,6 @@ namespace {
 
 // Four megabytes between looks at the caller's wish to stop.
 constexpr int kPagesPerStep = 1024;
-
-// Removes the unfinished file, whatever happens.
-class PartialFile {
- public:
-  explicit PartialFile(const std::string& final_path) : path_(absl::StrCat(final_path, ".part")) { Remove(); }
-  ~PartialFile() { Remove(); }
-  PartialFile(const PartialFile&) = delete;
-  PartialFile& operator=(const PartialFile&) = delete;
-
-  const std::string& path() const { return path_; }
-
- private:
-  void Remove() {
-    std::error_code ignored;
-    for (const char* suffix : {"", "-journal", "-wal", "-shm"})
-      std::filesystem::remove(path_ + suffix, ignored);
-  }
-
-  const std::string path_;
-};
 
 absl::Status CopyPages(Connection& source, Connection& target, const ProgressVisitor& progress) {
   sqlite3_backup* backup = sqlite3_backup_init(target.handle(), "main", source.handle(), "main");
@@ -64,11 +45,7 @@ absl::Status BackupDatabase(Connection& source, const std::string& path, const P
     SEMMAP_ASSIGN_OR_RETURN(const std::unique_ptr<Connection> target, Connection::Open(options));
     SEMMAP_RETURN_IF_ERROR(CopyPages(source, *target, progress));
   }
-  // Never over a file that somebody made meanwhile.
-  std::filesystem::create_hard_link(partial.path(), path, error);
-  if (error == std::errc::file_exists) return absl::AlreadyExistsError(absl::StrCat(path, " exists"));
-  if (error) return absl::InternalError(absl::StrCat("cannot make ", path, ": ", error.message()));
-  return absl::OkStatus();
+  return partial.Finish();
 }
 
 }  // namespace semmap::storage::sqlite

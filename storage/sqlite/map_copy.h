@@ -14,8 +14,12 @@ namespace semmap::storage::sqlite {
 // a deleted map.
 class MapCopy {
  public:
+  // Where the source is: in the copy's database, or in one that the connection has attached as "source".
+  enum class From { kSameDatabase, kAttached };
+
   // NOT_FOUND.
-  static absl::StatusOr<MapCopy> Begin(Connection& connection, MapId source, TimestampNs created_at);
+  static absl::StatusOr<MapCopy> Begin(Connection& connection, From from, MapId source,
+                                       TimestampNs created_at);
 
   MapId copy() const { return copy_; }
   // True when all is copied.
@@ -28,13 +32,13 @@ class MapCopy {
  private:
   enum class Stage { kSessions, kKeyFrames, kKeyFrameCells, kPoints, kFrames, kDone };
 
-  MapCopy(MapId source, MapId copy, const MapInfo& info)
-      : source_(source), copy_(copy), version_(info.version), rows_(info.keyframe_count + info.point_count) {}
+  MapCopy(From from, MapId source, MapId copy, uint64_t version, uint64_t rows);
 
   absl::StatusOr<int64_t> CopyKeyFrames(Connection& connection) const;
   absl::StatusOr<int64_t> CopyPoints(Connection& connection) const;
   absl::StatusOr<int64_t> CopyOf(Stage stage, Connection& connection) const;
 
+  From from_;
   MapId source_;
   MapId copy_;
   uint64_t version_;

@@ -18,7 +18,8 @@ absl::StatusOr<std::vector<MapInfo>> ReadMaps(Connection& connection, const MapL
 absl::Status RequireMap(Connection& connection, MapId map);
 // NOT_FOUND, ALREADY_EXISTS.
 absl::Status UpdateName(Connection& connection, MapId map, std::string_view name);
-absl::Status UpdateAnchor(Connection& connection, MapId map, const std::optional<GeoAnchor>& anchor);
+// NOT_FOUND, ABORTED.
+absl::Status UpdateDescription(Connection& connection, MapId map, const MapChanges& changes);
 
 // Where the map's points are indexed.
 struct MapPlacement {

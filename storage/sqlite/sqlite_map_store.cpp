@@ -20,6 +20,7 @@
 #include "storage/sqlite/integrity_check.h"
 #include "storage/sqlite/keyframe_rows.h"
 #include "storage/sqlite/map_copy.h"
+#include "storage/sqlite/map_file.h"
 #include "storage/sqlite/map_repair.h"
 #include "storage/sqlite/map_rows.h"
 #include "storage/sqlite/migrations.h"
@@ -38,7 +39,8 @@ class SqliteMapStore final : public MapStore {
  public:
   SqliteMapStore(std::unique_ptr<Connection> writer, std::unique_ptr<Checkpointer> checkpointer,
                  const ConnectionOptions& options, const StorageConfig& config)
-      : max_keypoints_(static_cast<size_t>(config.keyframe_keypoints)),
+      : options_(options),
+        max_keypoints_(static_cast<size_t>(config.keyframe_keypoints)),
         checkpointer_(std::move(checkpointer)),
         writer_(std::move(writer)),
         readers_(options, config.max_readers) {
@@ -92,23 +94,32 @@ class SqliteMapStore final : public MapStore {
   absl::StatusOr<MapInfo> CopyMap(MapId map, std::string_view name, TimestampNs created_at,
                                   const ProgressVisitor& progress) override {
     SEMMAP_RETURN_IF_ERROR(ValidateMapName(name));
-    SEMMAP_ASSIGN_OR_RETURN(MapCopy copy, Write([&](Connection& connection) {
-                              return MapCopy::Begin(connection, map, created_at);
-                            }));
-    absl::Status status = RunCopy(&copy, progress);
-    if (status.ok()) {
-      status = Write([&](Connection& connection) { return copy.Finish(connection, name); });
-    }
-    if (status.ok()) return GetMap(copy.copy());
-    if (const absl::Status purged = Purge(copy.copy()); !purged.ok()) {
-      spdlog::warn("storage: an unfinished copy stays until the next start: {}", purged.ToString());
-    }
-    return status;
+    return Copy(writer_.get(), MapCopy::From::kSameDatabase, map, name, created_at, progress);
   }
 
-  absl::Status SetAnchor(MapId map, const std::optional<GeoAnchor>& anchor) override {
-    if (anchor.has_value()) SEMMAP_RETURN_IF_ERROR(ValidateAnchor(*anchor));
-    return Write([&](Connection& connection) { return UpdateAnchor(connection, map, anchor); });
+  absl::Status ExportMap(MapId map, const std::string& path, const ProgressVisitor& progress) override {
+    SEMMAP_ASSIGN_OR_RETURN(const MapInfo info, GetMap(map));
+    return WriteMapFile(options_, info, path, progress);
+  }
+
+  absl::StatusOr<MapInfo> ImportMap(const std::string& path, std::string_view name, TimestampNs created_at,
+                                    const ProgressVisitor& progress) override {
+    SEMMAP_RETURN_IF_ERROR(ValidateMapName(name));
+    ConnectionOptions file = options_;
+    file.path = path;
+    SEMMAP_ASSIGN_OR_RETURN(const MapId map, CheckMapFile(file));
+    // A connection of its own: the file stays attached between the steps, when others write.
+    SEMMAP_ASSIGN_OR_RETURN(const std::unique_ptr<Connection> connection, Connection::Open(options_));
+    SEMMAP_RETURN_IF_ERROR(AttachSource(*connection, path));
+    return Copy(connection.get(), MapCopy::From::kAttached, map, name, created_at, progress);
+  }
+
+  absl::StatusOr<MapInfo> UpdateMap(MapId map, const MapChanges& changes) override {
+    SEMMAP_RETURN_IF_ERROR(ValidateChanges(changes));
+    return Write([&](Connection& connection) -> absl::StatusOr<MapInfo> {
+      SEMMAP_RETURN_IF_ERROR(UpdateDescription(connection, map, changes));
+      return ReadMap(connection, map);
+    });
   }
 
   absl::StatusOr<SessionInfo> StartSession(const NewSession& session) override {
@@ -217,9 +228,16 @@ class SqliteMapStore final : public MapStore {
   // succeeds.
   template <typename Work>
   auto Write(Work&& work) -> decltype(work(std::declval<Connection&>())) {
+    return WriteBy(writer_.get(), std::forward<Work>(work));
+  }
+
+  // The same on another connection to the database.
+  template <typename Work>
+  auto WriteBy(Connection* connection, Work&& work) -> decltype(work(*connection)) {
     MutexLock lock(&writer_mutex_);
-    SEMMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(*writer_, Transaction::Kind::kWrite));
-    auto result = work(*writer_);
+    SEMMAP_ASSIGN_OR_RETURN(Transaction transaction,
+                            Transaction::Begin(*connection, Transaction::Kind::kWrite));
+    auto result = work(*connection);
     SEMMAP_RETURN_IF_ERROR(StatusOf(result));
     SEMMAP_RETURN_IF_ERROR(transaction.Commit());
     return result;
@@ -240,10 +258,27 @@ class SqliteMapStore final : public MapStore {
     });
   }
 
-  absl::Status RunCopy(MapCopy* copy, const ProgressVisitor& progress) {
+  absl::StatusOr<MapInfo> Copy(Connection* connection, MapCopy::From from, MapId map, std::string_view name,
+                               TimestampNs created_at, const ProgressVisitor& progress) {
+    SEMMAP_ASSIGN_OR_RETURN(MapCopy copy, WriteBy(connection, [&](Connection& writer) {
+                              return MapCopy::Begin(writer, from, map, created_at);
+                            }));
+    absl::Status status = RunCopy(connection, &copy, progress);
+    if (status.ok()) {
+      status = WriteBy(connection, [&](Connection& writer) { return copy.Finish(writer, name); });
+    }
+    if (status.ok()) return GetMap(copy.copy());
+    if (const absl::Status purged = Purge(copy.copy()); !purged.ok()) {
+      spdlog::warn("storage: an unfinished copy stays until the next start: {}", purged.ToString());
+    }
+    return status;
+  }
+
+  absl::Status RunCopy(Connection* connection, MapCopy* copy, const ProgressVisitor& progress) {
     bool done = false;
     while (!done) {
-      SEMMAP_ASSIGN_OR_RETURN(done, Write([&](Connection& connection) { return copy->Step(connection); }));
+      SEMMAP_ASSIGN_OR_RETURN(done,
+                              WriteBy(connection, [&](Connection& writer) { return copy->Step(writer); }));
       if (progress && !progress(copy->Progress())) return absl::CancelledError("the copy was cancelled");
     }
     return absl::OkStatus();
@@ -260,6 +295,7 @@ class SqliteMapStore final : public MapStore {
     return absl::OkStatus();
   }
 
+  const ConnectionOptions options_;
   const size_t max_keypoints_;
   const std::unique_ptr<Checkpointer> checkpointer_;
   Mutex writer_mutex_;

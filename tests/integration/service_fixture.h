@@ -27,6 +27,7 @@ class ServiceTest : public testing::Test {
     config_.server.credit_window = 4;
     config_.server.drain_timeout_s = 20;
     config_.storage.uri = directory_.database_uri();
+    config_.server.artifact_directory = directory_.path() + "/artifacts";
   }
   ~ServiceTest() override { gate_.Open(); }
 

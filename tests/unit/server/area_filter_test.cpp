@@ -30,14 +30,14 @@ v1::Area LShape() {
 }
 
 bool Holds(const AreaFilter& filter, const Eigen::Vector3d& point) {
-  return (!filter.box.has_value() || filter.box->contains(point)) && filter.Contains(point);
+  return (!filter.box.has_value() || filter.box->contains(point)) && filter.Contains(point, 1);
 }
 
 TEST(AreaFilter, NoAreaHoldsEverything) {
   const auto filter = FromProto(v1::Area());
   ASSERT_TRUE(filter.ok());
   EXPECT_FALSE(filter->box.has_value());
-  EXPECT_TRUE(filter->Contains({1e9, 0, 0}));
+  EXPECT_TRUE(filter->Contains({1e9, 0, 0}, 1));
 }
 
 TEST(AreaFilter, PolygonsReachUpAndDown) {
@@ -58,6 +58,13 @@ TEST(AreaFilter, ASphereIsRound) {
   EXPECT_FALSE(Holds(*filter, {1.9, 1.9, 0}));
 }
 
+TEST(AreaFilter, OnlyTheIdsThatWereFoundOut) {
+  AreaFilter filter;
+  filter.ids = std::unordered_set<uint64_t>{3, 5};
+  EXPECT_TRUE(filter.Contains({0, 0, 0}, 3));
+  EXPECT_FALSE(filter.Contains({0, 0, 0}, 4));
+}
+
 TEST(AreaFilter, RefusesAreasWithoutInside) {
   v1::Area area;
   area.mutable_sphere()->set_radius_m(0);
@@ -69,8 +76,13 @@ TEST(AreaFilter, RefusesAreasWithoutInside) {
   EXPECT_EQ(ReasonOf(FromProto(area).status()), v1::ERROR_REASON_AREA_INVALID);
   AddCorner(area.mutable_polygon(), 0, 0, 0);
   EXPECT_EQ(ReasonOf(FromProto(area).status()), v1::ERROR_REASON_AREA_INVALID);
+  for (const int count : {0, -1, 100'001}) {
+    area.mutable_nearest()->set_count(count);
+    EXPECT_EQ(ReasonOf(FromProto(area).status()), v1::ERROR_REASON_AREA_INVALID) << count;
+  }
   area.mutable_nearest()->set_count(3);
-  EXPECT_EQ(ReasonOf(FromProto(area).status()), v1::ERROR_REASON_NOT_IMPLEMENTED);
+  area.mutable_nearest()->mutable_point()->set_x(std::numeric_limits<double>::infinity());
+  EXPECT_EQ(ReasonOf(FromProto(area).status()), v1::ERROR_REASON_AREA_INVALID);
 }
 
 }  // namespace

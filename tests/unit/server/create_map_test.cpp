@@ -29,11 +29,24 @@ TEST_F(CreateMapTest, ATakenNameIsRefusedARepeatedRequestIsNot) {
             v1::ERROR_REASON_MAP_EXISTS);
 }
 
-TEST_F(CreateMapTest, RefusesBadNamesAndWhatIsNotThereYet) {
-  EXPECT_EQ(ReasonOf(CreateMap(context_, RequestFor("town")).status()), v1::ERROR_REASON_NAME_INVALID);
+TEST_F(CreateMapTest, KeepsWhatIsSaidAboutIt) {
   v1::CreateMapRequest request = RequestFor("maps/town");
   request.mutable_map()->set_display_name("Town");
-  EXPECT_EQ(ReasonOf(CreateMap(context_, request).status()), v1::ERROR_REASON_NOT_IMPLEMENTED);
+  (*request.mutable_map()->mutable_labels())["owner"] = "fleet";
+  const auto map = CreateMap(context_, request);
+  ASSERT_TRUE(map.ok()) << map.status();
+  EXPECT_EQ(map->display_name(), "Town");
+  // Also when a session begins the empty map anew.
+  ASSERT_NE(OpenSession("town"), nullptr);
+  EXPECT_EQ(store_->GetMap("town")->display_name, "Town");
+  EXPECT_EQ(store_->GetMap("town")->labels.at("owner"), "fleet");
+}
+
+TEST_F(CreateMapTest, RefusesBadNamesAndFields) {
+  EXPECT_EQ(ReasonOf(CreateMap(context_, RequestFor("town")).status()), v1::ERROR_REASON_NAME_INVALID);
+  v1::CreateMapRequest request = RequestFor("maps/town");
+  request.mutable_map()->set_display_name(std::string(257, 'x'));
+  EXPECT_EQ(ReasonOf(CreateMap(context_, request).status()), v1::ERROR_REASON_FIELD_INVALID);
 }
 
 TEST_F(CreateMapTest, ASessionTakesTheEmptyMapOver) {

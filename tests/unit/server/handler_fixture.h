@@ -44,12 +44,14 @@ class HandlerTest : public testing::Test {
     environment_.trackers = threads_.get();
     environment_.mappers = threads_.get();
     environment_.writer = &writer_;
+    environment_.watchers = &watchers_;
     environment_.wall_clock = [] { return TimestampNs{1'700'000'000'000'000'000}; };
     environment_.maps = &maps_;
     sessions_ =
         std::make_unique<SessionRegistry>(environment_, SlamConfig(), FakeSession::Factory(&gate_), &timer_);
-    context_ = {environment_.config,     store_.get(), sessions_.get(), &requests_, &timer_, &operations_,
-                environment_.wall_clock, SlamConfig(), &maps_};
+    context_ = {
+        environment_.config, store_.get(), sessions_.get(),         &requests_,   &timer_, &operations_,
+        &artifacts_,         &watchers_,   environment_.wall_clock, SlamConfig(), &maps_};
   }
   ~HandlerTest() override {
     gate_.Open();
@@ -98,15 +100,18 @@ class HandlerTest : public testing::Test {
   TemporaryDirectory directory_;
   std::unique_ptr<storage::MapStore> store_ = OpenStoreIn(directory_);
   MapWriter writer_{16};
+  MapWatchers watchers_;
   std::unique_ptr<Executor> threads_ = MakeThreadPool(2);
+  SessionEnvironment environment_;
   FrameGate gate_;
   RequestLog requests_;
+  Artifacts artifacts_{directory_.path() + "/artifacts", 1 << 20, absl::Seconds(60),
+                       [this] { return environment_.wall_clock(); }};
   Timer timer_;
   std::unique_ptr<Executor> workers_ = MakeThreadPool(1);
   Operations operations_{workers_.get(), [] { return TimestampNs{1'700'000'000'000'000'000}; }};
   std::unique_ptr<Executor> loaders_ = MakeThreadPool(1);
   MapCache maps_{{}, MakeMapLoader(store_.get(), SlamConfig(), nullptr), loaders_.get()};
-  SessionEnvironment environment_;
   std::unique_ptr<SessionRegistry> sessions_;
   ServiceContext context_;
 };

@@ -1,29 +1,11 @@
-#include "handler_fixture.h"
+#include "operation_fixture.h"
 #include "server/handlers/map_handlers.h"
-#include "server/handlers/operation_handlers.h"
-#include "slam/common/notification.h"
 
 namespace semmap::server {
 namespace {
 
-class MapCareTest : public HandlerTest {
+class MapCareTest : public OperationTest {
  protected:
-  v1::Operation Finished(const absl::StatusOr<v1::Operation>& started) {
-    EXPECT_TRUE(started.ok()) << started.status();
-    if (!started.ok()) return {};
-    v1::WaitOperationRequest request;
-    request.set_name(started->name());
-    absl::StatusOr<v1::Operation> result = absl::InternalError("not called");
-    Notification done;
-    WaitOperation(context_, request, [&](absl::StatusOr<v1::Operation> operation) {
-      result = std::move(operation);
-      done.Notify();
-    });
-    EXPECT_TRUE(done.WaitForNotificationWithTimeout(absl::Seconds(20)));
-    EXPECT_TRUE(result.ok()) << result.status();
-    return result.ok() ? *result : v1::Operation();
-  }
-
   v1::CheckMapResponse Checked(const absl::StatusOr<v1::Operation>& started) {
     v1::CheckMapResponse response;
     EXPECT_TRUE(Finished(started).response().UnpackTo(&response));

@@ -53,6 +53,15 @@ TEST_F(QueryKeyFramesTest, FiltersByPlaceTimeAndSession) {
   EXPECT_EQ(ReasonOf(QueryKeyFrames(context_, request_).status()), v1::ERROR_REASON_SESSION_NOT_FOUND);
 }
 
+TEST_F(QueryKeyFramesTest, TheNearestInPages) {
+  request_.mutable_area()->mutable_nearest()->mutable_point()->set_x(20);
+  request_.mutable_area()->mutable_nearest()->set_count(3);
+  request_.set_page_size(2);
+  EXPECT_EQ(Ids(), (std::vector<uint64_t>{4, 5, 6}));  // at 16, 21 and 26
+  request_.mutable_time()->set_end_ns(2100);
+  EXPECT_EQ(Ids(), (std::vector<uint64_t>{2, 3, 4}));
+}
+
 TEST_F(QueryKeyFramesTest, ATokenBelongsToItsRequest) {
   request_.set_page_size(3);
   const auto first = QueryKeyFrames(context_, request_);

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numbers>
 
 #include "handler_fixture.h"
 #include "server/handlers/map_handlers.h"
@@ -76,6 +77,38 @@ TEST_F(QueryMapPointsTest, FiltersByPlaceClassAndTime) {
   EXPECT_EQ(Ids(), (std::vector<uint64_t>{4}));
 }
 
+TEST_F(QueryMapPointsTest, TheNearestOfWhatPassesTheFilter) {
+  v1::MapPointFilter* filter = request_.mutable_filter();
+  filter->mutable_area()->mutable_nearest()->mutable_point()->set_x(17);
+  filter->mutable_area()->mutable_nearest()->mutable_point()->set_z(10);
+  filter->mutable_area()->mutable_nearest()->set_count(3);
+  EXPECT_EQ(Ids(), (std::vector<uint64_t>{3, 4, 5}));  // at 11, 16 and 21
+  filter->add_semantic_classes(10);
+  EXPECT_EQ(Ids(), (std::vector<uint64_t>{3, 5, 7}));
+  // More than the first boxes hold, and more than there are.
+  filter->mutable_area()->mutable_nearest()->mutable_point()->set_x(-5000);
+  filter->mutable_area()->mutable_nearest()->set_count(2);
+  EXPECT_EQ(Ids(), (std::vector<uint64_t>{1, 3}));
+  filter->mutable_area()->mutable_nearest()->set_count(1000);
+  EXPECT_EQ(Ids(), (std::vector<uint64_t>{1, 3, 5, 7, 9}));
+}
+
+TEST_F(QueryMapPointsTest, PositionsOnEarth) {
+  request_.set_coordinates(v1::COORDINATES_WGS84);
+  EXPECT_EQ(Refusal(), v1::ERROR_REASON_MAP_NOT_ANCHORED);
+  // The map's z points north, its x east.
+  storage::GeoAnchor anchor{48, 11, 500, {}};
+  anchor.enu_from_map.rigid =
+      SE3(Eigen::Quaterniond(Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitX())), {0, 0, 0});
+  ASSERT_TRUE(store_->SetAnchor(store_->GetMap("town")->id, anchor).ok());
+  request_.set_limit(1);
+  EXPECT_EQ(Ids(), std::vector<uint64_t>{1});
+  // One metre east and ten north of the origin: metres of a degree at 48 degrees from the WGS84 ellipsoid.
+  EXPECT_NEAR((last_.points().positions(0) - 11) * 74'630, 1, 0.01);
+  EXPECT_NEAR((last_.points().positions(1) - 48) * 111'200, 10, 0.01);
+  EXPECT_NEAR(last_.points().positions(2), 500, 0.001);
+}
+
 TEST_F(QueryMapPointsTest, SendsOnlyTheColumnsAskedFor) {
   request_.mutable_columns()->add_paths("observation_counts");
   EXPECT_EQ(Ids().size(), 10U);
@@ -97,9 +130,6 @@ TEST_F(QueryMapPointsTest, RefusesBadFilters) {
   request_.set_limit(-1);
   EXPECT_EQ(Refusal(), v1::ERROR_REASON_FIELD_INVALID);
   request_.set_limit(0);
-  request_.set_coordinates(v1::COORDINATES_WGS84);
-  EXPECT_EQ(Refusal(), v1::ERROR_REASON_NOT_IMPLEMENTED);
-  request_.clear_coordinates();
   request_.set_map("maps/nowhere");
   EXPECT_EQ(Refusal(), v1::ERROR_REASON_MAP_NOT_FOUND);
 }

@@ -5,7 +5,7 @@
 #include "delta_generator.h"
 #include "map_store_contract.h"
 
-// Renaming, copying, repairing and backing up.
+// Renaming, copying, exporting, importing, repairing and backing up.
 namespace semmap::storage {
 namespace {
 
@@ -127,6 +127,94 @@ TEST_P(MapCare, CopyThatFailsLeavesNothing) {
             absl::StatusCode::kAborted);
   Reopen();
   EXPECT_EQ(MapNames(*store_), std::vector<std::string>{"taken"});
+}
+
+TEST_P(MapCare, AnExportedMapIsTheSameInAnotherStore) {
+  ASSERT_TRUE(store_->CreateMap(MapNamed("before")).ok());
+  GrowMap();
+  GeoAnchor anchor{48.1, 11.6, 519, {}};
+  ASSERT_TRUE(store_->SetAnchor(map_, anchor).ok());
+  const std::string path = dir_.File("town.semmap");
+  double last_progress = -1;
+  const absl::Status exported = store_->ExportMap(map_, path, [&](double progress) {
+    EXPECT_GE(progress, last_progress);
+    last_progress = progress;
+    return true;
+  });
+  ASSERT_TRUE(exported.ok()) << exported;
+  EXPECT_EQ(last_progress, 1);
+  const std::unique_ptr<MapStore> other = OpenOrDie(ConfigFor(dir_.File("other.db")));
+  const absl::StatusOr<MapInfo> imported = other->ImportMap(path, "village", 99, nullptr);
+  ASSERT_TRUE(imported.ok()) << imported.status();
+  EXPECT_EQ(imported->name, "village");
+  EXPECT_EQ(imported->created_at, 99);
+  EXPECT_EQ(imported->version, store_->GetMap(map_)->version);
+  EXPECT_EQ(imported->point_count, store_->GetMap(map_)->point_count);
+  ASSERT_TRUE(imported->anchor.has_value());
+  EXPECT_EQ(imported->anchor->latitude_deg, 48.1);
+  ExpectSameContents(*other, imported->id);
+  EXPECT_EQ(other->GetSession("session-of-town")->map, imported->id);
+}
+
+TEST_P(MapCare, AnExportedMapIsAStoreItself) {
+  GrowMap();
+  const std::string path = dir_.File("town.semmap");
+  ASSERT_TRUE(store_->ExportMap(map_, path, nullptr).ok());
+  const std::unique_ptr<MapStore> other = OpenOrDie(ConfigFor(path));
+  EXPECT_EQ(MapNames(*other), std::vector<std::string>{"town"});
+  ExpectSameContents(*other, other->GetMap("town")->id);
+}
+
+TEST_P(MapCare, ImportedBesideItsOriginalItGrowsOn) {
+  StartSmallMap();
+  const std::string path = dir_.File("town.semmap");
+  ASSERT_TRUE(store_->ExportMap(map_, path, nullptr).ok());
+  const absl::StatusOr<MapInfo> imported = store_->ImportMap(path, "again", 99, nullptr);
+  ASSERT_TRUE(imported.ok()) << imported.status();
+  ExpectSameContents(*store_, imported->id);
+  // Its session's name was taken.
+  EXPECT_EQ(store_->GetSession("session-of-town")->map, map_);
+  const auto session = store_->StartSession(SessionOf(imported->id, "later"));
+  ASSERT_TRUE(session.ok()) << session.status();
+  MapDelta delta;
+  delta.version = 1;
+  delta.added_keyframes.push_back(KeyFrameWith(4, 8));
+  EXPECT_TRUE(store_->Apply(imported->id, session->id, delta).ok());
+  EXPECT_EQ(Findings(*store_, imported->id), "");
+  EXPECT_EQ(store_->GetMap(map_)->keyframe_count, 3U);
+}
+
+TEST_P(MapCare, AnExportWhileOthersWriteIsOneState) {
+  StartMap();
+  DeltaGenerator generator(33);
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(store_->Apply(map_, session_, generator.Next()).ok());
+  const std::string path = dir_.File("town.semmap");
+  const absl::Status exported = store_->ExportMap(
+      map_, path, [&](double) { return store_->Apply(map_, session_, generator.Next()).ok(); });
+  ASSERT_TRUE(exported.ok()) << exported;
+  const std::unique_ptr<MapStore> file = OpenOrDie(ConfigFor(path));
+  EXPECT_EQ(file->GetMap("town")->version, 20U);
+  EXPECT_EQ(Findings(*file, file->GetMap("town")->id), "");
+}
+
+TEST_P(MapCare, ExportsAndImportsThatFailLeaveNothing) {
+  GrowMap();
+  const std::string path = dir_.File("town.semmap");
+  const auto stop = [](double) { return false; };
+  EXPECT_TRUE(absl::IsNotFound(store_->ExportMap(MapId(99), path, nullptr)));
+  EXPECT_TRUE(absl::IsCancelled(store_->ExportMap(map_, path, stop)));
+  EXPECT_FALSE(store_->ExportMap(map_, dir_.File("missing/town.semmap"), nullptr).ok());
+  EXPECT_FALSE(std::filesystem::exists(path));
+  EXPECT_FALSE(std::filesystem::exists(path + ".part"));
+  ASSERT_TRUE(store_->ExportMap(map_, path, nullptr).ok());
+  EXPECT_TRUE(absl::IsAlreadyExists(store_->ExportMap(map_, path, nullptr)));
+  EXPECT_TRUE(absl::IsAlreadyExists(store_->ImportMap(path, "town", 99, nullptr).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(store_->ImportMap(path, "no name", 99, nullptr).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(store_->ImportMap(dir_.File("none"), "x", 99, nullptr).status()));
+  EXPECT_TRUE(absl::IsCancelled(store_->ImportMap(path, "again", 99, stop).status()));
+  EXPECT_EQ(MapNames(*store_), std::vector<std::string>{"town"});
+  Reopen();
+  EXPECT_EQ(MapNames(*store_), std::vector<std::string>{"town"});
 }
 
 TEST_P(MapCare, RepairLeavesASoundMapAlone) {

@@ -91,6 +91,56 @@ TEST_P(MapStoreContract, AnchorsComeAndGo) {
   EXPECT_TRUE(absl::IsNotFound(store_->SetAnchor(MapId(99), std::nullopt)));
 }
 
+TEST_P(MapStoreContract, WhatIsSaidAboutAMapChanges) {
+  NewMap wanted = MapNamed("town");
+  wanted.display_name = "Die Stadt \xC3\xBC";
+  wanted.labels = {{"a", ""}, {"b", "x=y"}};
+  wanted.anchor = GeoAnchor{1, 2, 3, {}, GeoAnchor::Source::kFitted, 0.7};
+  const absl::StatusOr<MapInfo> created = store_->CreateMap(wanted);
+  ASSERT_TRUE(created.ok()) << created.status();
+  Reopen();
+  const absl::StatusOr<MapInfo> before = store_->GetMap("town");
+  ASSERT_TRUE(before.ok()) << before.status();
+  EXPECT_EQ(before->display_name, wanted.display_name);
+  EXPECT_EQ(before->labels, wanted.labels);
+  EXPECT_EQ(before->anchor->source, GeoAnchor::Source::kFitted);
+  EXPECT_EQ(before->anchor->rms_error_m, 0.7);
+  const absl::StatusOr<MapInfo> changed = store_->UpdateMap(before->id, {.labels = Labels{{"c", "d"}}});
+  ASSERT_TRUE(changed.ok()) << changed.status();
+  EXPECT_EQ(changed->labels, (Labels{{"c", "d"}}));
+  EXPECT_EQ(changed->display_name, wanted.display_name);
+  EXPECT_EQ(changed->anchor->altitude_m, 3);
+  EXPECT_EQ(changed->revision, before->revision + 1);
+  EXPECT_EQ(changed->version, before->version);
+  const MapChanges outdated{.display_name = "x",
+                            .expected = MapChanges::State{before->version, before->revision}};
+  EXPECT_TRUE(absl::IsAborted(store_->UpdateMap(before->id, outdated).status()));
+  EXPECT_EQ(store_->GetMap("town")->display_name, wanted.display_name);
+  const MapChanges current{.display_name = "x",
+                           .expected = MapChanges::State{changed->version, changed->revision}};
+  EXPECT_TRUE(store_->UpdateMap(before->id, current).ok());
+  const absl::StatusOr<MapInfo> copy = store_->CopyMap(before->id, "copy", 5, nullptr);
+  ASSERT_TRUE(copy.ok()) << copy.status();
+  EXPECT_EQ(copy->display_name, "x");
+  EXPECT_EQ(copy->labels, (Labels{{"c", "d"}}));
+  EXPECT_EQ(copy->anchor->rms_error_m, 0.7);
+}
+
+TEST_P(MapStoreContract, WhatIsSaidAboutAMapHasBounds) {
+  StartMap();
+  const auto code = [&](const MapChanges& changes) {
+    return store_->UpdateMap(map_, changes).status().code();
+  };
+  EXPECT_EQ(code({.display_name = std::string(1025, 'x')}), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(code({.labels = Labels{{"", "x"}}}), absl::StatusCode::kInvalidArgument);
+  Labels many;
+  for (int i = 0; i < 65; ++i) many[std::to_string(i)] = "x";
+  EXPECT_EQ(code({.labels = many}), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(code({.labels = Labels{{"a", std::string(1021, 'x')}}}), absl::StatusCode::kInvalidArgument);
+  EXPECT_TRUE(absl::IsNotFound(store_->UpdateMap(MapId(99), {.display_name = "x"}).status()));
+  EXPECT_EQ(store_->GetMap(map_)->revision, 0U);
+}
+
 TEST_P(MapStoreContract, DeletingTakesEverythingAndNothingElse) {
   StartSmallMap();
   const MapId kept = map_;

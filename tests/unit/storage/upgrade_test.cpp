@@ -180,6 +180,15 @@ TEST_F(Upgrade, FromVersionOneKeepsEverything) {
   EXPECT_EQ(Trajectory(*store, kMap).size(), 1U);
 }
 
+TEST_F(Upgrade, AMapFileOfVersionOneIsImported) {
+  const std::unique_ptr<MapStore> store = OpenOrDie(ConfigFor(dir_.File("new.db")));
+  const absl::StatusOr<MapInfo> map = store->ImportMap(path_, "imported", 9, nullptr);
+  ASSERT_TRUE(map.ok()) << map.status();
+  EXPECT_EQ(map->keyframe_count, kKeyFrames);
+  EXPECT_EQ(Findings(*store, map->id), "");
+  EXPECT_EQ(AllPoints(*store, map->id).size(), kPoints);
+}
+
 TEST_F(Upgrade, WhatWasUpgradedGrowsOn) {
   const std::unique_ptr<MapStore> store = OpenOrDie(ConfigFor(path_));
   ASSERT_NE(store, nullptr);
