@@ -283,6 +283,8 @@ absl::Status Client::GetTrajectory(v1::GetTrajectoryRequest request,
 absl::StatusOr<v1::RelocalizeResponse> Client::Relocalize(v1::RelocalizeRequest request) {
   request.set_map(MapName(request.map()));
   return CallUnary(*connection_, stubs_->localization, &v1::LocalizationService::Stub::Relocalize, request);
+}
+
 absl::Status Client::WatchMap(v1::WatchMapRequest request, const Consumer<v1::WatchMapResponse>& consumer) {
   // Nothing may change for long.
   constexpr std::chrono::milliseconds kPatience = std::chrono::hours(24 * 365);

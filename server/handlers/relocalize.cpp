@@ -74,12 +74,13 @@ absl::StatusOr<v1::RelocalizeResponse> Relocalize(const ServiceContext& context,
                                                   const RelocalizeTask& task, const MapSnapshot& map) {
   const absl::Time start = absl::Now();
   CameraRig rig = task.rig;
-  SEMMAP_ASSIGN_OR_RETURN(const FrameInput input, DecodeFrame(request.frame(), rig));
+  SEMMAP_ASSIGN_OR_RETURN(const FrameInput input, DecodeFrame(request.frame(), rig, false));
   // Depth in metres says nothing where the map's unit is arbitrary: there, one eye looks.
   if (!map.scale_known) rig.sensor = SensorType::kMono;
-  FrameBuilder builder(context.slam, rig);
+  // Classes come with the frame or not at all: the network is for those who drive.
+  FrameBuilder builder(context.slam, rig, nullptr);
   StageTimes times;
-  const TrackedFrame frame = builder.Build(input, &times);
+  const TrackedFrame frame = builder.Build(input, false, &times);
 
   v1::RelocalizeResponse response;
   response.set_map_version(map.version);
