@@ -14,10 +14,15 @@ class RelocalizeCall : public std::enable_shared_from_this<RelocalizeCall> {
  public:
   RelocalizeCall(CallRunner* runner, grpc::CallbackServerContext* call, const v1::RelocalizeRequest* request,
                  v1::RelocalizeResponse* response)
-      : runner_(*runner), call_(call), request_(*request), response_(response) {}
+      : runner_(*runner),
+        call_(call),
+        reactor_(call->DefaultReactor()),
+        request_(*request),
+        response_(response) {}
 
   grpc::ServerUnaryReactor* Start() {
-    grpc::ServerUnaryReactor* reactor = call_->DefaultReactor();
+    // Not the member: the call may be over, and this object with it, before this returns.
+    grpc::ServerUnaryReactor* const reactor = reactor_;
     if (const absl::Status admitted = runner_.Admit(); !admitted.ok()) {
       reactor->Finish(ToGrpc(admitted));
     } else {
@@ -56,11 +61,12 @@ class RelocalizeCall : public std::enable_shared_from_this<RelocalizeCall> {
 
   void Finish(const absl::Status& status) {
     runner_.Release();
-    call_->DefaultReactor()->Finish(ToGrpc(status));
+    reactor_->Finish(ToGrpc(status));
   }
 
   CallRunner& runner_;
   grpc::CallbackServerContext* const call_;
+  grpc::ServerUnaryReactor* const reactor_;
   const v1::RelocalizeRequest& request_;
   v1::RelocalizeResponse* const response_;
   RelocalizeTask task_;
