@@ -128,9 +128,9 @@ TEST(MapReport, SaysWhatAMapHolds) {
 TEST(AreaOptions, FillABoxOrASphereOrNothing) {
   v1::Area area;
   EXPECT_FALSE(FillArea({}, &area));
-  EXPECT_TRUE(FillArea({{1, 2, 3, 4, 5, 6}, {}}, &area));
+  EXPECT_TRUE(FillArea({{1, 2, 3, 4, 5, 6}, {}, {}, {}}, &area));
   EXPECT_EQ(area.box().max().y(), 5);
-  EXPECT_TRUE(FillArea({{}, {1, 2, 3, 9}}, &area));
+  EXPECT_TRUE(FillArea({{}, {1, 2, 3, 9}, {}, {}}, &area));
   EXPECT_EQ(area.sphere().center().z(), 3);
   EXPECT_EQ(area.sphere().radius_m(), 9);
 }
