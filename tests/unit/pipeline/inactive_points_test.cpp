@@ -133,7 +133,7 @@ TEST_F(InactivePointsTest, ComeBackWhenTheVotesTurn) {
                          [&](MapPointId id) { return map_.FindActivePoint(id) != nullptr; });
   };
   EXPECT_EQ(active_vehicles(), 0);
-  for (uint64_t id = 7; id <= 7 + kKeyFrames; ++id) {
+  for (uint64_t id = 7; id <= 7 + 2 * kKeyFrames; ++id) {
     AddKeyFrame(id, kBuilding);
     ObserveInactivePoints(camera_, KeyFrameId(id),
                           {KeyFrameId(id - 1), KeyFrameId(id - 2), KeyFrameId(id - 3)}, &map_);
