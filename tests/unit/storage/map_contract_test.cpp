@@ -134,7 +134,7 @@ TEST_P(MapStoreContract, WhatIsSaidAboutAMapHasBounds) {
   EXPECT_EQ(code({.display_name = std::string(1025, 'x')}), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(code({.labels = Labels{{"", "x"}}}), absl::StatusCode::kInvalidArgument);
   Labels many;
-  for (int i = 0; i < 65; ++i) many[std::to_string(i)] = "x";
+  for (int i = 0; i < 65; ++i) many.emplace(std::to_string(i), "x");
   EXPECT_EQ(code({.labels = many}), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(code({.labels = Labels{{"a", std::string(1021, 'x')}}}), absl::StatusCode::kInvalidArgument);
   EXPECT_TRUE(absl::IsNotFound(store_->UpdateMap(MapId(99), {.display_name = "x"}).status()));
