@@ -47,8 +47,9 @@ class ServerSegmentationTest : public ServiceTest {
     queue_ = *queue;
     auto server =
         server::Server::Start(config_, [queue = *queue](const SlamConfig& config, const CameraRig& rig,
-                                                        MapDeltaSink* sink, Executor* executor) {
-          return Session::Create(config, rig, sink, executor, nullptr, queue);
+                                                        MapDeltaSink* sink, Executor* executor,
+                                                        SessionStart start) {
+          return Session::Create(config, rig, sink, executor, nullptr, queue, std::move(start));
         });
     ASSERT_TRUE(server.ok()) << server.status();
     server_ = std::move(server).value();
