@@ -59,8 +59,7 @@ TEST_F(ContractTest, EveryCallIsKnown) {
 }
 
 TEST_F(ContractTest, WhatIsToComeSaysSo) {
-  for (const char* call : {"MapService/MergeMaps", "MapService/ExportMap", "MapService/WatchMap",
-                           "MapService/OptimizeMap", "MapService/PruneMap"}) {
+  for (const char* call : {"MapService/MergeMaps", "MapService/OptimizeMap", "MapService/PruneMap"}) {
     const absl::Status status = Call(std::string("/semmap.v1.") + call).status;
     EXPECT_EQ(status.code(), absl::StatusCode::kUnimplemented) << call;
     EXPECT_EQ(client::ErrorReason(status), "NOT_IMPLEMENTED") << call;

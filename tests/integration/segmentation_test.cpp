@@ -45,10 +45,9 @@ class ServerSegmentationTest : public ServiceTest {
     auto queue = LoadSegmentation(config_.slam.segmentation);
     ASSERT_TRUE(queue.ok()) << queue.status();
     queue_ = *queue;
-    auto server =
-        server::Server::Start(config_, [queue = *queue](const SlamConfig& config, const CameraRig& rig,
-                                                        MapDeltaSink* sink, Executor* executor,
-                                                        SessionStart start) {
+    auto server = server::Server::Start(
+        config_, [queue = *queue](const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink,
+                                  Executor* executor, SessionStart start) {
           return Session::Create(config, rig, sink, executor, nullptr, queue, std::move(start));
         });
     ASSERT_TRUE(server.ok()) << server.status();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -23,12 +24,15 @@ inline std::string SharedDataFolder() {
   return std::filesystem::is_directory(folder) ? folder.string() : std::string();
 }
 
-// Writes a file that lives as long as the test run's temporary folder. Each test has files of its own: tests run beside
-// each other.
+// Writes a file that lives as long as the test run's temporary folder. Each test has files of its own: tests
+// run beside each other.
 inline std::string WriteTemp(const std::string& name, const std::string& text) {
   const ::testing::TestInfo& test = *::testing::UnitTest::GetInstance()->current_test_info();
-  const std::string path =
-      ::testing::TempDir() + "semmap_evaluation_" + test.test_suite_name() + "_" + test.name() + "_" + name;
+  std::string file =
+      std::string("semmap_evaluation_") + test.test_suite_name() + "_" + test.name() + "_" + name;
+  // Names of parameterized tests have slashes.
+  std::replace(file.begin(), file.end(), '/', '_');
+  const std::string path = ::testing::TempDir() + file;
   std::ofstream(path, std::ios::binary) << text;
   return path;
 }

@@ -47,7 +47,7 @@ TEST_F(QueryMapPointsTest, SendsAllInPieces) {
   EXPECT_EQ(last_.points().semantic_classes(0), 1U);
   EXPECT_EQ(last_.points().first_seen_ns(0), 4600);
   EXPECT_EQ(last_.points().normals(2), 1);
-  EXPECT_EQ(last_.map_version(), 11U);
+  EXPECT_EQ(last_.map_version(), 10U);
 }
 
 TEST_F(QueryMapPointsTest, ALimitEndsIt) {
