@@ -46,7 +46,9 @@ TEST_F(WatchServiceTest, DeletingTheMapEndsIt) {
   request.set_map("town");
   bool deleted = false;
   const absl::Status status = client.WatchMap(request, [&](const v1::WatchMapResponse&) {
-    if (!std::exchange(deleted, true)) EXPECT_TRUE(client::Client(Connect()).DeleteMap("town").ok());
+    if (!std::exchange(deleted, true)) {
+      EXPECT_TRUE(client::Client(Connect()).DeleteMap("town").ok());
+    }
     return true;
   });
   EXPECT_TRUE(deleted);
