@@ -41,6 +41,7 @@ def arguments() -> argparse.Namespace:
     length.add_argument("--steps", type=int, help="length of the run")
     parser.add_argument("--resume", action="store_true", help="go on from the checkpoint in --output")
     parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--bf16", action="store_true", help="convolutions in bfloat16: faster for the paper's model where the CPU has it")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--report-every", type=int, default=20, help="steps between lines of progress")
     parser.add_argument("--evaluate-every", type=float, default=8, help="minutes between evaluations and checkpoints")
@@ -111,12 +112,15 @@ class Trainer:
             lr=recipe.learning_rate, weight_decay=recipe.weight_decay)
         self.average = Average(self.model, recipe.ema) if recipe.ema > 0 else None
         self.step, self.elapsed = 0, 0.0
+        self.bf16 = False
 
     def best_model(self) -> nn.Module:
         return self.average.model if self.average else self.model
 
     def loss(self, batch: Batch) -> Tensor:
-        logits = self.model(batch.images.contiguous(memory_format=torch.channels_last))
+        with torch.autocast("cpu", dtype=torch.bfloat16, enabled=self.bf16):
+            logits = self.model(batch.images.contiguous(memory_format=torch.channels_last))
+        logits = logits.float()
         factor = batch.images.shape[3] // logits.shape[3]
         if self.recipe.loss_phases:
             row, column = (int(value) for value in self.sampler.random.integers(factor, size=2))
@@ -258,6 +262,7 @@ def main() -> None:
     sampler = Sampler(sets, shares, recipe.augmentation, recipe.common, options.seed)
     weights = torch.from_numpy(class_weights(sets, shares, recipe.class_power, recipe.class_limit)).float()
     trainer = Trainer(recipe, sampler, weights, Schedule(recipe, options.steps, options.minutes), options.encoder_weights)
+    trainer.bf16 = options.bf16
     if options.resume and (options.output / "checkpoint.pt").exists():
         trainer.restore(options.output / "checkpoint.pt")
     print(f"{recipe.architecture}: {count_parameters(trainer.model):,} parameters;",
