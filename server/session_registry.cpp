@@ -69,7 +69,11 @@ bool SameSecret(const std::string& a, const std::string& b) {
 
 SessionRegistry::SessionRegistry(const SessionEnvironment& environment, const SlamConfig& slam,
                                  SlamSessionFactory factory, Timer* timer)
-    : environment_(environment), slam_(slam), factory_(std::move(factory)), timer_(timer) {}
+    : environment_(environment),
+      slam_(slam),
+      factory_(std::move(factory)),
+      timer_(timer),
+      extended_maps_([this](const storage::MapInfo& map) { return LoadToExtend(map); }) {}
 
 SessionRegistry::~SessionRegistry() = default;
 
@@ -136,19 +140,22 @@ absl::Status SessionRegistry::Reserve(const SessionIdentity& identity) {
     return Error(v1::ERROR_REASON_TOO_MANY_SESSIONS,
                  "the server has as many sessions as it is configured for");
   }
-  if (identity.mode != v1::SESSION_MODE_LOCALIZE && IsMapBeingChanged(identity.map_id))
+  if (IsMapTaken(identity))
     return Error(v1::ERROR_REASON_MAP_IN_USE, "another session changes this map right now");
   reserved_.emplace(identity.map_id, identity.mode);
   return absl::OkStatus();
 }
 
-bool SessionRegistry::IsMapBeingChanged(const std::string& map_id) const {
-  const auto [begin, end] = reserved_.equal_range(map_id);
-  const auto changes = [](const auto& entry) { return entry.second != v1::SESSION_MODE_LOCALIZE; };
-  return std::any_of(begin, end, changes) ||
+bool SessionRegistry::IsMapTaken(const SessionIdentity& identity) const {
+  const auto excludes = [&](v1::SessionMode other) {
+    if (identity.mode == v1::SESSION_MODE_LOCALIZE || other == v1::SESSION_MODE_LOCALIZE) return false;
+    return identity.mode == v1::SESSION_MODE_MAP;
+  };
+  const auto [begin, end] = reserved_.equal_range(identity.map_id);
+  return std::any_of(begin, end, [&](const auto& entry) { return excludes(entry.second); }) ||
          std::any_of(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
            const SessionIdentity& other = entry.second->identity();
-           return other.map_id == map_id && other.mode != v1::SESSION_MODE_LOCALIZE;
+           return other.map_id == identity.map_id && excludes(other.mode);
          });
 }
 
@@ -165,12 +172,13 @@ absl::StatusOr<std::shared_ptr<VehicleSession>> SessionRegistry::Make(SessionIde
   // First what leaves nothing behind when it fails.
   storage::MapId map;
   if (made.mode == v1::SESSION_MODE_MAP) {
-    SEMMAP_RETURN_IF_ERROR(session->CreateSlam(factory_, slam_, {}));
+    auto extended = std::make_shared<ExtendedMap>(std::make_shared<SharedMap>());
+    SEMMAP_RETURN_IF_ERROR(session->CreateSlam(factory_, slam_, {nullptr, extended->slam}, extended));
     SEMMAP_ASSIGN_OR_RETURN(map, MakeEmptyMap(made));
+    extended_maps_.Put(map, extended);
   } else {
     SEMMAP_ASSIGN_OR_RETURN(const storage::MapInfo stored_map, FindStoredMap(made));
-    SEMMAP_ASSIGN_OR_RETURN(SessionStart start, LoadStart(made, stored_map));
-    SEMMAP_RETURN_IF_ERROR(session->CreateSlam(factory_, slam_, std::move(start)));
+    SEMMAP_RETURN_IF_ERROR(StartInMap(stored_map, session.get()));
     map = stored_map.id;
   }
   const auto stored =
@@ -192,15 +200,23 @@ absl::StatusOr<storage::MapInfo> SessionRegistry::FindStoredMap(const SessionIde
   return map;
 }
 
-absl::StatusOr<SessionStart> SessionRegistry::LoadStart(const SessionIdentity& identity,
-                                                        const storage::MapInfo& map) {
+absl::Status SessionRegistry::StartInMap(const storage::MapInfo& map, VehicleSession* session) {
   SessionStart start;
+  std::shared_ptr<ExtendedMap> extended;
   if (environment_.maps == nullptr) return NotImplemented("sessions in stored maps");
-  if (identity.mode == v1::SESSION_MODE_LOCALIZE) {
+  if (session->identity().mode == v1::SESSION_MODE_LOCALIZE) {
     SEMMAP_ASSIGN_OR_RETURN(start.localize, environment_.maps->GetAndWait(map));
-    return start;
+  } else {
+    SEMMAP_ASSIGN_OR_RETURN(extended, extended_maps_.Get(map));
+    start.shared = extended->slam;
   }
-  // Its own copy, and of this very moment: nobody else changes the map from now on.
+  return session->CreateSlam(factory_, slam_, std::move(start), std::move(extended));
+}
+
+// A copy beside the cache's, and of this very moment: nobody but those who extend it together changes the map
+// from now on.
+absl::StatusOr<std::shared_ptr<ExtendedMap>> SessionRegistry::LoadToExtend(
+    const storage::MapInfo& map) const {
   const size_t max_bytes = static_cast<size_t>(environment_.config.map_memory_mb) << 20;
   auto restored = storage::LoadMap(*environment_.store, map.id,
                                    ScalePyramidInfo(slam_.orb.levels, slam_.orb.scale_factor), max_bytes,
@@ -208,8 +224,8 @@ absl::StatusOr<SessionStart> SessionRegistry::LoadStart(const SessionIdentity& i
   if (absl::IsResourceExhausted(restored.status()))
     return WithReason(restored.status(), v1::ERROR_REASON_MAP_TOO_LARGE);
   if (!restored.ok()) return FromStore(restored.status());
-  start.extend = SessionStart::Extension{std::move(restored->map), restored->info.last_keyframe_id};
-  return start;
+  return std::make_shared<ExtendedMap>(
+      std::make_shared<SharedMap>(std::move(restored->map), restored->info.last_keyframe_id));
 }
 
 absl::StatusOr<storage::MapId> SessionRegistry::MakeEmptyMap(const SessionIdentity& identity) {

@@ -12,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "semmap/v1/session.pb.h"
+#include "server/shared_maps.h"
 #include "server/timer.h"
 #include "server/vehicle_session.h"
 #include "slam/common/mutex.h"
@@ -54,17 +55,18 @@ class SessionRegistry {
  private:
   absl::StatusOr<SessionIdentity> ReadHello(const v1::SessionHello& hello) const;
   std::shared_ptr<VehicleSession> FindRepeated(const SessionIdentity& identity) const;
-  // Holds a place and the map's name while a session is made. MAP_IN_USE when it would change a map that
-  // another session changes; any number may read it.
+  // Holds a place and the map's name while a session is made. MAP_IN_USE when it would make a map that
+  // another session makes or extends; any number may extend one together, or read it.
   absl::Status Reserve(const SessionIdentity& identity);
   void Release(const SessionIdentity& identity);
-  bool IsMapBeingChanged(const std::string& map_id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool IsMapTaken(const SessionIdentity& identity) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<std::shared_ptr<VehicleSession>> Make(SessionIdentity identity);
   absl::StatusOr<storage::MapId> MakeEmptyMap(const SessionIdentity& identity);
   // LOCALIZE and EXTEND: a map that has keyframes, and, to be extended, was made with the same cameras.
   absl::StatusOr<storage::MapInfo> FindStoredMap(const SessionIdentity& identity);
-  // What SLAM is to begin with. Loads the map; takes a while.
-  absl::StatusOr<SessionStart> LoadStart(const SessionIdentity& identity, const storage::MapInfo& map);
+  // Has the session begin in the stored map. Loads it if it is not there; takes a while.
+  absl::Status StartInMap(const storage::MapInfo& map, VehicleSession* session);
+  absl::StatusOr<std::shared_ptr<ExtendedMap>> LoadToExtend(const storage::MapInfo& map) const;
   void OnOver(const std::string& session_id, const v1::Session& last);
   std::vector<std::shared_ptr<VehicleSession>> All() const;
   bool IsEmpty() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
@@ -75,6 +77,7 @@ class SessionRegistry {
   const SlamConfig slam_;
   const SlamSessionFactory factory_;
   Timer* const timer_;
+  SharedMaps extended_maps_;
 
   mutable Mutex mutex_;  // guards all below
   std::map<std::string, std::shared_ptr<VehicleSession>> sessions_ ABSL_GUARDED_BY(mutex_);

@@ -66,7 +66,8 @@ VehicleSession::VehicleSession(SessionIdentity identity, const SessionEnvironmen
 VehicleSession::~VehicleSession() = default;
 
 absl::Status VehicleSession::CreateSlam(const SlamSessionFactory& factory, const SlamConfig& config,
-                                        SessionStart start) {
+                                        SessionStart start, std::shared_ptr<ExtendedMap> extended) {
+  extended_ = std::move(extended);
   const SlamConfig own = ForPolicy(config, identity_.policy);
   keeps_colours_ = own.segmentation.mode != SegmentationMode::kOff;
   auto slam = factory(own, identity_.rig, this, environment_.mappers, std::move(start));
@@ -298,7 +299,7 @@ void VehicleSession::StoreEnd() {
   v1::Session snapshot;
   {
     MutexLock lock(&mutex_);
-    if (status.ok() && !store_failed_) {
+    if (status.ok() && !DidStoreFail()) {
       acknowledged_ = std::max(acknowledged_, last_processed_);
       outbox_.PutAcknowledgement(acknowledged_);
     } else if (ending_->status.ok()) {
@@ -309,6 +310,8 @@ void VehicleSession::StoreEnd() {
     when_over.swap(when_over_);
     snapshot = SnapshotLocked();
   }
+  // All is stored: who extends the map next may load it.
+  extended_.reset();
   for (const auto& function : when_over) function(snapshot);
   spdlog::info("session over session={} map={} frames={} tracked={} keyframes={} points={}", identity_.id,
                identity_.map_id, counters.frames_received, counters.frames_tracked,
@@ -341,6 +344,11 @@ void VehicleSession::WhenOver(std::function<void(const v1::Session&)> function) 
 
 void VehicleSession::OnDelta(MapDelta delta) {
   if (!delta.corrections.empty()) PutCorrections(delta);
+  // Corrections alone come from another session's loop; that one stores it.
+  if (delta.empty()) {
+    Wake();
+    return;
+  }
   auto shared = std::make_shared<const MapDelta>(std::move(delta));
   environment_.writer->Post([self = shared_from_this(), shared] { self->StoreDelta(*shared); });
 }
@@ -375,15 +383,15 @@ absl::Status VehicleSession::Apply(const MapDelta& delta) {
 }
 
 void VehicleSession::StoreDelta(const MapDelta& delta) {
-  // After a delta that is missing, later ones have nothing to stand on.
   if (store_failed_) return;
-  const absl::Status status = Apply(delta);
+  // After a delta that is missing, later ones have nothing to stand on.
+  const absl::Status status = DidStoreFail()
+                                  ? absl::InternalError("the map that others extend as well was not stored")
+                                  : Apply(delta);
   if (!status.ok()) {
-    store_failed_ = true;
     spdlog::error("map not stored session={} map={} version={} {}", identity_.id, identity_.map_id,
                   delta.version, LogText(status));
-    End(v1::SESSION_END_REASON_INTERNAL, FromStore(status));
-    DropWaitingFrames();
+    OnStoreFailed(status);
     return;
   }
   environment_.watchers->OnStored(*environment_.store, store_map_, delta);
@@ -399,6 +407,13 @@ void VehicleSession::StoreDelta(const MapDelta& delta) {
     if (!updated.ok()) spdlog::warn("counters not stored session={} {}", identity_.id, LogText(updated));
   }
   Wake();
+}
+
+void VehicleSession::OnStoreFailed(absl::Status status) {
+  store_failed_ = true;
+  if (extended_ != nullptr) extended_->store_failed = true;
+  End(v1::SESSION_END_REASON_INTERNAL, FromStore(status));
+  DropWaitingFrames();
 }
 
 // --- What others see

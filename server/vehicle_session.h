@@ -16,6 +16,7 @@
 #include "server/map_watchers.h"
 #include "server/map_writer.h"
 #include "server/server_config.h"
+#include "server/shared_maps.h"
 #include "server/stream_outbox.h"
 #include "slam/common/mutex.h"
 #include "slam/map/map_delta.h"
@@ -81,7 +82,9 @@ class VehicleSession : public std::enable_shared_from_this<VehicleSession>, priv
   VehicleSession& operator=(const VehicleSession&) = delete;
 
   // Both before anything else. RIG_INVALID when SLAM does not take the rig.
-  absl::Status CreateSlam(const SlamSessionFactory& factory, const SlamConfig& config, SessionStart start);
+  // `extended`: the map of `start.extend`, or null.
+  absl::Status CreateSlam(const SlamSessionFactory& factory, const SlamConfig& config, SessionStart start,
+                          std::shared_ptr<ExtendedMap> extended);
   void SetStored(storage::MapId map, storage::SessionId session);
 
   const SessionIdentity& identity() const { return identity_; }
@@ -130,6 +133,8 @@ class VehicleSession : public std::enable_shared_from_this<VehicleSession>, priv
   // On the writer's thread.
   void PutCorrections(const MapDelta& delta);
   void StoreDelta(const MapDelta& delta);
+  bool DidStoreFail() const { return store_failed_ || (extended_ != nullptr && extended_->store_failed); }
+  void OnStoreFailed(absl::Status status);
   absl::Status Apply(const MapDelta& delta);
   void StoreEnd();
   void AnchorMap();
@@ -150,6 +155,8 @@ class VehicleSession : public std::enable_shared_from_this<VehicleSession>, priv
   std::unique_ptr<Session> slam_;
   bool keeps_colours_ = false;
   GnssTrack gnss_;
+  // Set before anything else; held, touched and given back on the writer's thread.
+  std::shared_ptr<ExtendedMap> extended_;
   // Touched by the writer's thread alone.
   bool store_failed_ = false;
   uint64_t stored_deltas_ = 0;

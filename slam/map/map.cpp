@@ -59,7 +59,6 @@ void Map::AddKeyFrame(KeyFrame keyframe) {
   const KeyFrameId id = keyframe.id;
   if (!first_keyframe_.IsValid()) first_keyframe_ = id;
   newest_keyframe_ = id;
-  ++keyframe_counter_;
   keyframes_.emplace(id, std::move(keyframe));
   added_keyframes_.insert(id);
   reobserved_keyframes_.insert(id);
@@ -70,7 +69,6 @@ MapPointId Map::AddPoint(const Eigen::Vector3d& position_in_map, KeyFrameId refe
   point.id = MapPointId(next_point_id_++);
   point.position_in_map = position_in_map;
   point.reference_keyframe = reference;
-  point.born_at_keyframe = keyframe_counter_;
   new_points_.insert(point.id);
   changed_points_.insert(point.id);
   const MapPointId id = point.id;

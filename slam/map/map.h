@@ -36,8 +36,6 @@ class Map {
   // nullptr also when the point is inactive.
   const MapPoint* FindActivePoint(MapPointId id) const;
   const ScalePyramidInfo& scale_info() const { return scale_info_; }
-  // Keyframes ever added; the clock of point probation.
-  uint64_t keyframe_counter() const { return keyframe_counter_; }
   KeyFrameId newest_keyframe() const { return newest_keyframe_; }
   // Neighbours by falling number of shared points (ties: newer first), at least `min_shared`, at most
   // `limit`.
@@ -110,7 +108,6 @@ class Map {
   std::unordered_map<KeyFrameId, KeyFrame, IdHash> keyframes_;
   std::unordered_map<MapPointId, MapPoint, IdHash> points_;
   uint64_t next_point_id_ = 1;
-  uint64_t keyframe_counter_ = 0;
   KeyFrameId newest_keyframe_;
   KeyFrameId first_keyframe_;
   // Heirs of the keyframes removed last, and in which order they went.

@@ -41,8 +41,6 @@ struct MapPoint {
   // In how many frames the point should have been seen, and was.
   uint32_t visible = 1;
   uint32_t found = 1;
-  // Value of the map's keyframe counter when the point was made; young points are on probation.
-  uint64_t born_at_keyframe = 0;
 };
 
 }  // namespace semmap

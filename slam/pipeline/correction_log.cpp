@@ -4,9 +4,10 @@
 
 namespace semmap {
 
-void CorrectionLog::Note(const MapDelta& delta) {
+void CorrectionLog::Note(const MapDelta& delta, bool own) {
   if (delta.reset) keyframes_.clear();
   for (const KeyFrameRecord& added : delta.added_keyframes) {
+    if (!own) break;
     keyframes_[added.id] = {added.sequence, added.map_from_camera, added.map_from_camera, 1.0};
   }
   for (const KeyFramePose& moved : delta.moved_keyframes) {

@@ -7,11 +7,12 @@
 
 namespace semmap {
 
-// Remembers where keyframes were when they were made, hence where the frames near them were reported to be,
-// and tells what became of that. Fed with every delta of a session; a value.
+// Remembers where the keyframes of one session were when they were made, hence where the frames near them
+// were reported to be, and tells what became of that. Fed with every delta of the map; a value.
 class CorrectionLog {
  public:
-  void Note(const MapDelta& delta);
+  // Other sessions that make the same map have deltas, too: their new keyframes are not `own`.
+  void Note(const MapDelta& delta, bool own = true);
   // One for each keyframe of the map, for the frames from it up to the next; the last one's end is open.
   std::vector<PoseCorrection> Corrections() const;
 

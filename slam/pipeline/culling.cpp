@@ -9,9 +9,8 @@ constexpr int kEnoughObservers = 3;
 
 enum class Verdict { kKeep, kPassed, kRemove };
 
-Verdict Judge(const MapPoint& point, const Map& map, size_t needed_observations) {
+Verdict Judge(const MapPoint& point, uint64_t age, size_t needed_observations) {
   if (point.found < kMinFoundShare * point.visible) return Verdict::kRemove;
-  const uint64_t age = map.keyframe_counter() - point.born_at_keyframe;
   if (age >= kProbationKeyFrames && point.observations.size() < needed_observations) return Verdict::kRemove;
   return age > kProbationKeyFrames ? Verdict::kPassed : Verdict::kKeep;
 }
@@ -46,13 +45,17 @@ bool IsKeyFrameRedundant(const KeyFrame& keyframe, double share, double close_de
 
 }  // namespace
 
-void CullYoungPoints(bool has_depth, std::vector<MapPointId>* young, Map* map) {
+void YoungPoints::Add(const std::vector<MapPointId>& created) {
+  for (const MapPointId id : created) points_.push_back({id, keyframes_});
+}
+
+void YoungPoints::Cull(bool has_depth, Map* map) {
   const size_t needed = has_depth ? 2 : 3;
-  std::erase_if(*young, [&](MapPointId id) {
-    const MapPoint* point = map->FindPoint(id);
+  std::erase_if(points_, [&](const Newborn& young) {
+    const MapPoint* point = map->FindPoint(young.id);
     if (point == nullptr) return true;
-    const Verdict verdict = Judge(*point, *map, needed);
-    if (verdict == Verdict::kRemove) map->RemovePoint(id);
+    const Verdict verdict = Judge(*point, keyframes_ - young.born_at_keyframe, needed);
+    if (verdict == Verdict::kRemove) map->RemovePoint(young.id);
     return verdict != Verdict::kKeep;
   });
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "slam/map/map.h"
@@ -7,10 +8,27 @@
 
 namespace semmap {
 
-// Points on probation: a new point must be found in more than a quarter of the frames that should see it, and
-// be seen by three keyframes (two with depth) once two more keyframes have come; otherwise it is removed.
-// Points that passed leave `young` (Mur-Artal et al. 2015, section VI-B).
-void CullYoungPoints(bool has_depth, std::vector<MapPointId>* young, Map* map);
+// Points on probation, of one vehicle: time is counted in its own keyframes, since those of another may be
+// elsewhere.
+class YoungPoints {
+ public:
+  void OnKeyFrame() { ++keyframes_; }
+  void Add(const std::vector<MapPointId>& created);
+  void Clear() { points_.clear(); }
+
+  // A new point must be found in more than a quarter of the frames that should see it, and be seen by three
+  // keyframes (two with depth) once two more keyframes have come; otherwise it is removed from the map.
+  // Points that passed are young no more (Mur-Artal et al. 2015, section VI-B).
+  void Cull(bool has_depth, Map* map);
+
+ private:
+  struct Newborn {
+    MapPointId id;
+    uint64_t born_at_keyframe = 0;
+  };
+  uint64_t keyframes_ = 0;
+  std::vector<Newborn> points_;
+};
 
 // Removes keyframes around `keyframe` of whose points nearly all are seen by three others at the same or a
 // finer scale (section VI-E). Depth farther than `close_depth_m` does not count (0: no limit). Returns those

@@ -4,7 +4,6 @@
 #include <limits>
 #include <unordered_set>
 
-#include "slam/pipeline/culling.h"
 #include "slam/pipeline/local_bundle.h"
 #include "slam/pipeline/point_fusion.h"
 
@@ -38,24 +37,23 @@ LocalMapper::LocalMapper(const SlamConfig& config, MappingCamera camera, ScalePy
       publish_(std::move(publish)) {}
 
 std::vector<KeyFrameId> LocalMapper::AddKeyFrame(const KeyFrameCandidate& candidate,
-                                                 const std::atomic<bool>* stop) {
+                                                 const std::atomic<bool>* stop, YoungPoints* young) {
   Insert(candidate);
-  focus_ = KeyFrameId();
+  young->OnKeyFrame();
   if (camera_.HasDepth()) {
     // The first keyframe has nothing but its depth: all of it is used.
     const double close_depth =
         map_.keyframes().size() == 1 ? std::numeric_limits<double>::max() : camera_.near_depth;
-    const auto created = CreatePointsFromDepth(camera_, close_depth, candidate.id, &map_);
-    young_points_.insert(young_points_.end(), created.begin(), created.end());
+    young->Add(CreatePointsFromDepth(camera_, close_depth, candidate.id, &map_));
   }
-  CullYoungPoints(camera_.HasDepth(), &young_points_, &map_);
-  CreatePoints(candidate.id);
+  young->Cull(camera_.HasDepth(), &map_);
+  CreatePoints(candidate.id, young);
   // The tracker gets the new points now; adjustment takes its time.
-  PublishView();
+  PublishView(candidate.id);
   Fuse(candidate.id);
   if (map_.keyframes().size() > 2) AdjustLocalMap(config_.mapping, camera_.model, candidate.id, stop, &map_);
   auto culled = CullKeyFrames(config_.mapping, camera_.near_depth, candidate.id, &map_);
-  PublishView();
+  PublishView(candidate.id);
   return culled;
 }
 
@@ -96,13 +94,11 @@ void LocalMapper::AddInitialPair(const InitialPair& pair) {
   }
   map_.ChooseParent(pair.second.id);
   AdjustWholeMap(config_.mapping, camera_.model, &map_);
-  PublishView();
+  PublishView(pair.second.id);
 }
 
 void LocalMapper::Reset() {
   map_.Clear();
-  young_points_.clear();
-  focus_ = KeyFrameId();
   publish_(nullptr);
 }
 
@@ -114,11 +110,10 @@ std::vector<KeyFrameId> LocalMapper::Neighbours(KeyFrameId id, int limit) const 
   return ids;
 }
 
-void LocalMapper::CreatePoints(KeyFrameId id) {
+void LocalMapper::CreatePoints(KeyFrameId id, YoungPoints* young) {
   const int limit = camera_.HasDepth() ? config_.mapping.neighbours_to_triangulate_depth
                                        : config_.mapping.neighbours_to_triangulate;
-  const auto created = TriangulatePoints(camera_, id, Neighbours(id, limit), &map_);
-  young_points_.insert(young_points_.end(), created.begin(), created.end());
+  young->Add(TriangulatePoints(camera_, id, Neighbours(id, limit), &map_));
 }
 
 void LocalMapper::Fuse(KeyFrameId id) {
@@ -134,13 +129,11 @@ void LocalMapper::Fuse(KeyFrameId id) {
   if (filters_) ObserveInactivePoints(camera_, id, Neighbours(id, kFusionNeighbours), &map_);
 }
 
-void LocalMapper::FocusOn(KeyFrameId id) {
-  focus_ = id;
-  PublishView();
-}
-
-void LocalMapper::PublishView() {
-  const KeyFrameId center = map_.FindKeyFrame(focus_) != nullptr ? focus_ : map_.newest_keyframe();
+void LocalMapper::PublishView(KeyFrameId center) {
+  while (map_.FindKeyFrame(center) == nullptr) {
+    const auto heir = map_.FindHeir(center);
+    center = heir ? heir->heir : map_.newest_keyframe();
+  }
   publish_(MakeLocalMapView(map_, center, ++version_, LocalMapViewLimits()));
 }
 

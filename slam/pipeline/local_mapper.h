@@ -7,6 +7,7 @@
 
 #include "slam/map/local_map_view.h"
 #include "slam/map/map.h"
+#include "slam/pipeline/culling.h"
 #include "slam/pipeline/keyframe_candidate.h"
 #include "slam/pipeline/point_creation.h"
 #include "slam/pipeline/slam_config.h"
@@ -22,16 +23,16 @@ class LocalMapper {
 
   LocalMapper(const SlamConfig& config, MappingCamera camera, ScalePyramidInfo scale_info, Publish publish);
 
-  // `stop` becomes true when the next keyframe waits: what can be left out then is.
-  // Returns the keyframes that it made superfluous and removed.
-  std::vector<KeyFrameId> AddKeyFrame(const KeyFrameCandidate& candidate, const std::atomic<bool>* stop);
+  // `stop` becomes true when the next keyframe waits: what can be left out then is. `young` are the points of
+  // the vehicle whose keyframe it is. Returns the keyframes that it made superfluous and removed.
+  std::vector<KeyFrameId> AddKeyFrame(const KeyFrameCandidate& candidate, const std::atomic<bool>* stop,
+                                      YoungPoints* young);
   void AddInitialPair(const InitialPair& pair);
   // Forgets the map.
   void Reset();
 
-  // Publishes a view around this keyframe, and stays there until the next one comes.
-  void FocusOn(KeyFrameId id);
-  void PublishView();
+  // Publishes a view around this keyframe, or, when that was culled, around its heir.
+  void PublishView(KeyFrameId center);
 
   const Map& map() const { return map_; }
   // Of the view published last.
@@ -43,7 +44,7 @@ class LocalMapper {
 
  private:
   void Insert(const KeyFrameCandidate& candidate);
-  void CreatePoints(KeyFrameId id);
+  void CreatePoints(KeyFrameId id, YoungPoints* young);
   // With the neighbours and their neighbours.
   void Fuse(KeyFrameId id);
   std::vector<KeyFrameId> Neighbours(KeyFrameId id, int limit) const;
@@ -54,9 +55,6 @@ class LocalMapper {
   bool filters_;  // points may be inactive
   Publish publish_;
   uint64_t version_ = 0;
-  // Around which keyframe views are made; none: the newest.
-  KeyFrameId focus_;
-  std::vector<MapPointId> young_points_;
 };
 
 }  // namespace semmap

@@ -11,8 +11,6 @@ namespace {
 
 // Frame poses are stored so many at once: a transaction for each frame would cost more than it is worth.
 constexpr size_t kFramesPerDelta = 20;
-// So many times the trust that the doubted place deserves.
-constexpr double kBetter = 1.5;
 // The view moves when another keyframe sees so many times what its centre sees.
 constexpr double kRecenterGain = 1.1;
 
@@ -39,7 +37,7 @@ absl::StatusOr<FrameResult> LocalizingSession::Track(const FrameInput& frame) {
   Stopwatch stopwatch;
   MapperState state;
   state.view = view_;
-  state.map_is_stored = true;
+  state.map_is_strange = true;
   state.accepts_keyframe = false;
   state.recovery = recovery_;
   TrackOutput output = tracker_.Track(frame, state);
@@ -61,7 +59,7 @@ void LocalizingSession::Search(const LostFrame& lost, TrackOutput* output) {
   const MapLocalization located =
       localizer_.Locate(map_->map, map_->places, tracker_.camera(), {*lost.frame.features, *lost.frame.grid},
                         PlacePrior(), map_->version);
-  const bool better = located.found && located.agreement.Trust() > kBetter * lost.agreement.Trust();
+  const bool better = located.found && lost.IsBetter(located.agreement);
   last_failure_ = located.found && !better ? LocalizationFailure::kTooFewInliers : located.failure;
   if (!better) {
     ++failed_recoveries_;
@@ -81,15 +79,7 @@ void LocalizingSession::Search(const LostFrame& lost, TrackOutput* output) {
 }
 
 void LocalizingSession::Adopt(const LostFrame& lost, const MapFix& found) {
-  auto recovery = std::make_shared<Recovery>();
-  recovery->frame = lost.frame;
-  recovery->frame.camera_from_map = found.fix.camera_from_map;
-  recovery->reference = found.view->reference().id;
-  recovery->points.assign(lost.frame.features->size(), MapPointId());
-  for (size_t i = 0; i < found.fix.matches.size(); ++i) {
-    if (found.fix.matches[i] >= 0) recovery->points[i] = found.view->ids[found.fix.matches[i]];
-  }
-  recovery_ = std::move(recovery);
+  recovery_ = MakeRecovery(lost.frame, *found.view, found.fix);
   view_ = found.view;
 }
 

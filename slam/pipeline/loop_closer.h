@@ -7,8 +7,8 @@
 
 namespace semmap {
 
-// Finds and closes loops as keyframes come: detection, verification, correction. Not thread-safe; belongs to
-// the map's owner.
+// Finds and closes loops as the keyframes of one vehicle come: detection, verification, correction. Not
+// thread-safe; belongs to the map's owner.
 class LoopCloser {
  public:
   LoopCloser(const LoopConfig& config, uint32_t seed, const MappingCamera& camera)
@@ -18,7 +18,8 @@ class LoopCloser {
     Loop loop;
     LoopCorrection correction;
   };
-  // Looks for a loop that ends at `keyframe`, which must be in `places`, and closes it in the map.
+  // Looks for a loop that ends at `keyframe`, which must be in `places`, and closes it in the map. Called for
+  // each keyframe.
   std::optional<Result> Close(KeyFrameId keyframe, const PlaceMemory& places, Map* map);
   void Reset();
 
@@ -27,7 +28,8 @@ class LoopCloser {
   uint32_t seed_;
   MappingCamera camera_;
   LoopDetector detector_;
-  // Value of the map's keyframe counter when the last loop was closed.
+  uint64_t keyframes_ = 0;
+  // How many keyframes there had been when the last loop was closed.
   std::optional<uint64_t> last_loop_at_;
 };
 

@@ -205,9 +205,8 @@ MapLocalization MapLocalizer::Locate(const Map& map, const PlaceMemory& places, 
   for (const PlaceMatch& candidate : candidates) {
     const KeyFrame& keyframe = *map.FindKeyFrame(candidate.keyframe);
     if (search.IsCovered(keyframe)) continue;
-    search.Try(keyframe,
-               MatchWithinNodes(camera.association, map, keyframe, *places.NodesOf(keyframe.id),
-                                image.features, description.nodes));
+    search.Try(keyframe, MatchWithinNodes(camera.association, map, keyframe, *places.NodesOf(keyframe.id),
+                                          image.features, description.nodes));
   }
   // Seen from elsewhere, corners change their words before they change their neighbours.
   const size_t exhaustive = std::min(candidates.size(), static_cast<size_t>(config_.exhaustive_candidates));

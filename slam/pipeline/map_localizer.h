@@ -73,7 +73,8 @@ class MapLocalizer {
 // Keyframes that see the points of the fix, those that see most first (of equal ones the smaller id).
 std::vector<KeyFrameId> KeyFramesSeeing(const Map& map, const MapFix& fix, size_t limit);
 
-// Share of the matched points whose class is that of the image's keypoint. nullopt when no pair has classes on both sides.
+// Share of the matched points whose class is that of the image's keypoint. nullopt when no pair has classes
+// on both sides.
 std::optional<double> ClassAgreement(const Map& map, const MapFix& fix, const FrameFeatures& image);
 
 }  // namespace semmap

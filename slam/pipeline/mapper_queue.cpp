@@ -1,5 +1,6 @@
 #include "slam/pipeline/mapper_queue.h"
 
+#include <algorithm>
 #include <limits>
 #include <unordered_map>
 
@@ -29,22 +30,19 @@ void Rescale(const std::vector<KeyFramePose>& moved, std::deque<FramePose>* fram
 
 MapperQueue::MapperQueue(const SlamConfig& config, const MappingCamera& camera,
                          const ScalePyramidInfo& scale_info, std::shared_ptr<const Vocabulary> vocabulary,
-                         MapDeltaSink* sink, Executor* executor)
+                         Executor* executor)
     : loop_config_(config.loop),
-      sink_(sink),
       executor_(executor),
       capacity_(static_cast<size_t>(config.mapping.queue)),
       mapper_(config, camera, scale_info, std::move(vocabulary),
               [this](std::shared_ptr<const LocalMapView> view) {
+                current_->view_version = view != nullptr ? view->version : 0;
                 MutexLock lock(&mutex_);
-                view_ = std::move(view);
+                current_->view = std::move(view);
               }) {}
 
 MapperQueue::~MapperQueue() {
   MutexLock lock(&mutex_);
-  closing_ = true;
-  steps_.clear();
-  hurry_ = true;
   if (adjustment_) adjustment_->stop = true;
   const auto stopped = [this]()
                            ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !running_ && adjusting_ == 0; };
@@ -52,78 +50,146 @@ MapperQueue::~MapperQueue() {
 }
 
 void MapperQueue::Adopt(Map map) {
-  map_is_stored_ = true;
   mapper_.Adopt(std::move(map));
+  CountMap();
   MutexLock lock(&mutex_);
-  counts_.keyframes = static_cast<int>(mapper_.map().keyframes().size());
-  counts_.points = static_cast<int>(mapper_.map().points().size());
+  is_common_ = true;
 }
 
-MapperState MapperQueue::State() const {
+void MapperQueue::CountMap() {
   MutexLock lock(&mutex_);
-  return {view_, map_is_stored_, Backlog() == 0, steps_.size() < capacity_, recovering_, recovery_};
+  map_keyframes_ = static_cast<int>(mapper_.map().keyframes().size());
+  map_points_ = static_cast<int>(mapper_.map().points().size());
 }
 
-void MapperQueue::Push(TrackOutput* output) {
-  if (output->frame_pose) {
+// --- The vehicles
+
+MapperQueue::VehiclePtr MapperQueue::Join(MapDeltaSink* sink) {
+  MutexLock lock(&mutex_);
+  is_common_ = is_common_ || !vehicles_.empty() || map_keyframes_ > 0;
+  auto vehicle = std::make_shared<Vehicle>(sink, mapper_.StartVehicle(is_common_));
+  vehicles_.push_back(vehicle);
+  return vehicle;
+}
+
+void MapperQueue::Leave(const VehiclePtr& vehicle) {
+  MutexLock lock(&mutex_);
+  std::erase(vehicles_, vehicle);
+  std::erase_if(steps_, [&](const Step& step) { return step.vehicle == vehicle; });
+  if (vehicles_.empty()) hurry_ = true;
+  if (adjustment_ && adjustment_->vehicle == vehicle) adjustment_->stop = true;
+  // Whosoever's step is under way may still speak to this sink.
+  const auto quiet = [this, begun = steps_begun_]()
+                         ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return steps_ended_ >= begun; };
+  mutex_.Await(quiet);
+}
+
+bool MapperQueue::HasJoined(const VehiclePtr& vehicle) const {
+  return std::find(vehicles_.begin(), vehicles_.end(), vehicle) != vehicles_.end();
+}
+
+std::vector<MapperQueue::VehiclePtr> MapperQueue::Vehicles() const {
+  MutexLock lock(&mutex_);
+  return vehicles_;
+}
+
+MapperState MapperQueue::State(const Vehicle& vehicle) const {
+  MutexLock lock(&mutex_);
+  return {vehicle.view,       is_common_,      Backlog() == 0, steps_.size() < capacity_,
+          vehicle.recovering, vehicle.recovery};
+}
+
+MapperQueue::Counts MapperQueue::CountsOf(const Vehicle& vehicle) const {
+  MutexLock lock(&mutex_);
+  Counts counts = vehicle.counts;
+  counts.keyframes = map_keyframes_;
+  counts.points = map_points_;
+  return counts;
+}
+
+void MapperQueue::Push(const VehiclePtr& vehicle, TrackOutput* output) {
+  {
     MutexLock lock(&mutex_);
     if (output->initial_pair) {
       // The first frame of the pair was not answered, but the map knows its pose now.
       const KeyFrameCandidate& first = output->initial_pair->first;
-      frames_.push_back({first.sequence, first.timestamp, first.id, SE3()});
+      vehicle->frames.push_back({first.sequence, first.timestamp, first.id, SE3()});
     }
-    frames_.push_back(*output->frame_pose);
+    if (output->frame_pose) vehicle->frames.push_back(*output->frame_pose);
+    if (output->lost_frame) vehicle->recovering = true;
   }
-  if (output->reset_map) Enqueue(ResetStep());
-  if (output->initial_pair) Enqueue(std::move(*output->initial_pair));
-  if (output->keyframe) Enqueue(std::move(*output->keyframe));
-  if (output->lost_frame) {
-    {
-      MutexLock lock(&mutex_);
-      recovering_ = true;
-    }
-    Enqueue(RecoverStep{std::move(*output->lost_frame)});
-  }
+  if (output->reset_map) Enqueue(vehicle, ResetStep());
+  if (output->initial_pair) Enqueue(vehicle, std::move(*output->initial_pair));
+  if (output->keyframe) Enqueue(vehicle, std::move(*output->keyframe));
+  if (output->lost_frame) Enqueue(vehicle, RecoverStep{std::move(*output->lost_frame)});
 }
 
-void MapperQueue::Enqueue(Step step) {
-  if (executor_ == nullptr) {
-    Run(step);
-    return;
-  }
+void MapperQueue::WaitForBacklog(const Vehicle& vehicle, size_t backlog) {
   MutexLock lock(&mutex_);
-  if (closing_) return;
-  steps_.push_back(std::move(step));
-  hurry_ = true;
-  if (running_) return;
-  running_ = true;
-  executor_->Schedule([this] { Drain(); });
+  const auto done = [this, &vehicle, backlog]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return vehicle.backlog <= backlog && (backlog > 0 || adjusting_ == 0);
+  };
+  mutex_.Await(done);
+}
+
+void MapperQueue::Finish(const VehiclePtr& vehicle) {
+  WaitForBacklog(*vehicle, 0);
+  Enqueue(vehicle, FinishStep());
+  WaitForBacklog(*vehicle, 0);
+}
+
+// --- Steps
+
+void MapperQueue::Enqueue(const VehiclePtr& vehicle, Work work) {
+  {
+    MutexLock lock(&mutex_);
+    if (!HasJoined(vehicle)) return;
+    steps_.push_back({vehicle, std::move(work)});
+    ++vehicle->backlog;
+    hurry_ = true;
+    if (!running_) {
+      running_ = true;
+      if (executor_ != nullptr) executor_->Schedule([this] { Drain(); });
+    } else if (executor_ == nullptr) {
+      // Another vehicle's thread works; it will come to this step as well.
+      const auto done = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return vehicle->backlog == 0; };
+      mutex_.Await(done);
+      return;
+    }
+  }
+  if (executor_ == nullptr) Drain();
 }
 
 void MapperQueue::Drain() {
-  while (true) {
-    Step step;
-    {
-      MutexLock lock(&mutex_);
-      if (steps_.empty()) {
-        running_ = false;
-        return;
-      }
-      step = std::move(steps_.front());
-      steps_.pop_front();
-      hurry_ = !steps_.empty();
-    }
-    Run(step);
+  while (const auto step = BeginStep()) {
+    Stopwatch stopwatch;
+    current_ = step->vehicle;
+    std::visit([this](const auto& work) { Run(work); }, step->work);
+    current_.reset();
+    CountMap();
+    if (!EndStep(step->vehicle.get(), stopwatch.LapMs())) return;
   }
 }
 
-void MapperQueue::Run(const Step& step) {
-  Stopwatch stopwatch;
-  std::visit([this](const auto& content) { Run(content); }, step);
+std::optional<MapperQueue::Step> MapperQueue::BeginStep() {
   MutexLock lock(&mutex_);
-  counts_.keyframes = static_cast<int>(mapper_.map().keyframes().size());
-  counts_.points = static_cast<int>(mapper_.map().points().size());
-  counts_.map_ms += stopwatch.LapMs();
+  running_ = !steps_.empty();
+  if (!running_) return std::nullopt;
+  Step step = std::move(steps_.front());
+  steps_.pop_front();
+  hurry_ = !steps_.empty();
+  ++steps_begun_;
+  return step;
+}
+
+// Who waits for the step finds the mapper idle if nothing else waits.
+bool MapperQueue::EndStep(Vehicle* vehicle, double ms) {
+  MutexLock lock(&mutex_);
+  vehicle->counts.map_ms += ms;
+  --vehicle->backlog;
+  ++steps_ended_;
+  running_ = !steps_.empty();
+  return running_;
 }
 
 // The tracker still reads the features, and the map must never see them without their classes.
@@ -133,72 +199,79 @@ KeyFrameCandidate MapperQueue::WithClasses(KeyFrameCandidate candidate) {
   if (filled) candidate.features = std::move(features);
   candidate.pending_classes.reset();
   MutexLock lock(&mutex_);
-  ++(filled ? counts_.classified_keyframes : counts_.unclassified_keyframes);
+  Counts& counts = current_->counts;
+  ++(filled ? counts.classified_keyframes : counts.unclassified_keyframes);
   return candidate;
 }
 
 void MapperQueue::Run(const KeyFrameCandidate& candidate) {
   if (candidate.pending_classes != nullptr) {
-    mapper_.AddKeyFrame(WithClasses(candidate), &hurry_);
+    mapper_.AddKeyFrame(WithClasses(candidate), &hurry_, &current_->mapping);
   } else {
-    mapper_.AddKeyFrame(candidate, &hurry_);
+    mapper_.AddKeyFrame(candidate, &hurry_, &current_->mapping);
   }
   Deliver(candidate.sequence);
   CloseLoop();
 }
 
 void MapperQueue::Run(const InitialPair& pair) {
-  mapper_.AddInitialPair(pair);
+  mapper_.AddInitialPair(pair, &current_->mapping);
   Deliver(pair.second.sequence);
 }
 
 void MapperQueue::Run(const ResetStep& /*reset*/) {
-  mapper_.Reset();
   {
     MutexLock lock(&mutex_);
-    frames_.clear();
+    // Somebody joined meanwhile. The tracker goes on as one that is lost.
+    if (is_common_) return;
+    current_->frames.clear();
   }
+  mapper_.Reset(&current_->mapping);
   Deliver(0);
 }
 
 void MapperQueue::Run(const RecoverStep& recover) {
   const TrackedFrame& frame = recover.lost.frame;
-  SessionMapper::RecoveryReport report = mapper_.Recover(recover.lost);
+  SessionMapper::RecoveryReport report = mapper_.Recover(recover.lost, &current_->mapping);
   MutexLock lock(&mutex_);
-  recovering_ = false;
-  counts_.last_failure = report.failure;
+  Vehicle& vehicle = *current_;
+  vehicle.recovering = false;
+  vehicle.counts.last_failure = report.failure;
   if (report.recovery == nullptr) {
-    ++counts_.failed_recoveries;
+    ++vehicle.counts.failed_recoveries;
     return;
   }
-  ++counts_.recoveries;
-  recovery_ = std::move(report.recovery);
+  ++vehicle.counts.recoveries;
+  vehicle.recovery = std::move(report.recovery);
   // The vehicle was told that this frame is lost, but the trajectory need not have the gap.
-  if (!frames_.empty() && frames_.back().sequence >= frame.sequence) return;
-  const KeyFrame& reference = *mapper_.map().FindKeyFrame(recovery_->reference);
-  frames_.push_back({frame.sequence, frame.timestamp, reference.id,
-                     reference.camera_from_map * recovery_->frame.camera_from_map.Inverse()});
+  if (!vehicle.frames.empty() && vehicle.frames.back().sequence >= frame.sequence) return;
+  const KeyFrame& reference = *mapper_.map().FindKeyFrame(vehicle.recovery->reference);
+  vehicle.frames.push_back({frame.sequence, frame.timestamp, reference.id,
+                            reference.camera_from_map * vehicle.recovery->frame.camera_from_map.Inverse()});
 }
+
+void MapperQueue::Run(const FinishStep& /*finish*/) { Deliver(std::numeric_limits<uint64_t>::max()); }
 
 // A delta of its own: what was removed before was removed in the old units.
 void MapperQueue::CloseLoop() {
-  const auto closed = mapper_.CloseLoop();
+  const auto closed = mapper_.CloseLoop(&current_->mapping);
   if (!closed) return;
   spdlog::info(
       "loop closed: keyframe {} is at {}, {} and {} inliers, moved {:.2f}, scale {:.4f}, {} points fused",
       closed->loop.current.value(), closed->loop.old.value(), closed->loop.inliers,
       closed->loop.reverse_inliers, closed->correction.shift, closed->correction.scale,
       closed->correction.fused_points);
-  Deliver(0, Reach::kWholeMap);
+  PublishAndDeliverToAll();
   {
     MutexLock lock(&mutex_);
-    ++counts_.loops;
+    ++current_->counts.loops;
   }
   if (loop_config_.full_adjustment) StartFullAdjustment();
 }
 
 void MapperQueue::StartFullAdjustment() {
   auto adjustment = std::make_shared<FullAdjustment>();
+  adjustment->vehicle = current_;
   adjustment->bundle = mapper_.PrepareFullBundle();
   if (executor_ == nullptr) {
     adjustment->bundle->Solve(nullptr);
@@ -211,7 +284,7 @@ void MapperQueue::StartFullAdjustment() {
   ++adjusting_;
   executor_->ScheduleLong([this, adjustment] {
     adjustment->bundle->Solve(&adjustment->stop);
-    if (!adjustment->stop) Enqueue(ApplyStep{adjustment});
+    if (!adjustment->stop) Enqueue(adjustment->vehicle, ApplyStep{adjustment});
     MutexLock finished(&mutex_);
     --adjusting_;
   });
@@ -221,34 +294,64 @@ void MapperQueue::Run(const ApplyStep& apply) {
   // A newer loop may have come after it was solved.
   if (apply.adjustment->stop) return;
   mapper_.Apply(*apply.adjustment->bundle);
-  Deliver(0, Reach::kWholeMap);
+  PublishAndDeliverToAll();
   MutexLock lock(&mutex_);
   if (adjustment_ == apply.adjustment) adjustment_.reset();
 }
 
-void MapperQueue::Deliver(uint64_t up_to_sequence, Reach reach) {
+// --- What the vehicles and the store hear
+
+void MapperQueue::PublishToAll(const std::vector<VehiclePtr>& vehicles) {
+  const VehiclePtr whose_step = current_;
+  for (const VehiclePtr& vehicle : vehicles) {
+    current_ = vehicle;
+    if (vehicle->mapping.center.IsValid()) mapper_.PublishView(vehicle->mapping);
+  }
+  current_ = whose_step;
+}
+
+void MapperQueue::PublishAndDeliverToAll() {
+  const std::vector<VehiclePtr> vehicles = Vehicles();
+  PublishToAll(vehicles);
+  MapDelta delta = TakeDelta(0, vehicles);
+  if (delta.empty()) return;
+  for (const VehiclePtr& vehicle : vehicles) {
+    if (vehicle == current_) continue;
+    MapDelta news;
+    news.corrections = vehicle->corrections.Corrections();
+    news.corrected_map_version = vehicle->view_version;
+    if (!news.corrections.empty()) vehicle->sink->OnDelta(std::move(news));
+  }
+  delta.corrections = current_->corrections.Corrections();
+  delta.corrected_map_version = current_->view_version;
+  current_->sink->OnDelta(std::move(delta));
+}
+
+void MapperQueue::Deliver(uint64_t up_to_sequence) {
+  MapDelta delta = TakeDelta(up_to_sequence, Vehicles());
+  if (!delta.empty()) current_->sink->OnDelta(std::move(delta));
+}
+
+MapDelta MapperQueue::TakeDelta(uint64_t up_to_sequence, const std::vector<VehiclePtr>& vehicles) {
   MapDelta delta = mapper_.TakeDelta();
   {
     MutexLock lock(&mutex_);
-    Rescale(delta.moved_keyframes, &frames_);
+    for (const VehiclePtr& vehicle : vehicles) Rescale(delta.moved_keyframes, &vehicle->frames);
   }
   delta.frames = TakeFrames(up_to_sequence);
-  if (delta.empty()) return;
-  corrections_.Note(delta);
-  if (reach == Reach::kWholeMap) {
-    delta.corrections = corrections_.Corrections();
-    delta.corrected_map_version = mapper_.view_version();
-  }
-  delta.version = ++delta_version_;
-  sink_->OnDelta(std::move(delta));
+  if (delta.empty()) return delta;
+  for (const VehiclePtr& vehicle : vehicles) vehicle->corrections.Note(delta, vehicle == current_);
+  delta.version = ++current_->delta_version;
+  return delta;
 }
 
 std::vector<FramePose> MapperQueue::TakeFrames(uint64_t up_to_sequence) {
   std::vector<FramePose> taken;
   MutexLock lock(&mutex_);
-  while (!frames_.empty() && frames_.front().sequence <= up_to_sequence) {
-    if (Resolve(&frames_.front())) taken.push_back(frames_.front());
-    frames_.pop_front();
+  std::deque<FramePose>& frames = current_->frames;
+  while (!frames.empty() && frames.front().sequence <= up_to_sequence) {
+    if (Resolve(&frames.front())) taken.push_back(frames.front());
+    frames.pop_front();
   }
   return taken;
 }
@@ -261,24 +364,6 @@ bool MapperQueue::Resolve(FramePose* frame) const {
     frame->reference_keyframe = heir->heir;
   }
   return true;
-}
-
-void MapperQueue::WaitForBacklog(size_t backlog) {
-  MutexLock lock(&mutex_);
-  const auto done = [this, backlog]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    return Backlog() <= backlog && (backlog > 0 || adjusting_ == 0);
-  };
-  mutex_.Await(done);
-}
-
-void MapperQueue::Finish() {
-  WaitForBacklog(0);
-  Deliver(std::numeric_limits<uint64_t>::max());
-}
-
-MapperQueue::Counts MapperQueue::counts() const {
-  MutexLock lock(&mutex_);
-  return counts_;
 }
 
 }  // namespace semmap

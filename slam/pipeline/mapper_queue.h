@@ -3,6 +3,7 @@
 #include <atomic>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -16,30 +17,22 @@
 
 namespace semmap {
 
-// Stands between a session's tracker and its mapper: the tracker leaves keyframes, frame poses and lost
-// frames here and reads the newest view, without ever waiting for the mapper; the mapper works them off in
-// order on the executor, or, without one, at once in the caller's thread. After a loop the whole map is
-// adjusted as a long task beside the steps; a newer loop interrupts it and its result is dropped.
-// Thread-safe.
+// Stands between the mapper of a map and the trackers of the sessions that make it, most often one: trackers
+// leave keyframes, frame poses and lost frames here (through a MapperSeat each) and read the newest view,
+// without ever waiting for the mapper; the mapper works them off in order on the executor, or, without one,
+// at once in the caller's thread. After a loop the whole map is adjusted as a long task beside the steps; a
+// newer loop interrupts it and its result is dropped. Thread-safe.
 class MapperQueue {
  public:
-  // `executor` null: everything runs inside Push. `sink` receives a delta after each step.
+  // `executor` null: everything runs in the threads that bring it.
   MapperQueue(const SlamConfig& config, const MappingCamera& camera, const ScalePyramidInfo& scale_info,
-              std::shared_ptr<const Vocabulary> vocabulary, MapDeltaSink* sink, Executor* executor);
-  // Waits for the work under way; what is queued is dropped.
+              std::shared_ptr<const Vocabulary> vocabulary, Executor* executor);
+  // Waits for the adjustment under way. All seats are gone.
   ~MapperQueue();
 
-  // Before anything else: goes on in a stored map. The tracker sees nothing of it until a lost frame was
-  // found there.
+  // Before anybody takes a seat: goes on in a stored map. Who takes a seat where there is a map sees nothing
+  // of it until a lost frame was found there.
   void Adopt(Map map);
-
-  MapperState State() const;
-  // Takes over what the tracker wants done for a frame.
-  void Push(TrackOutput* output);
-  // Returns once at most `backlog` steps are waiting or under way; for 0 also once the whole map is adjusted.
-  void WaitForBacklog(size_t backlog);
-  // Waits for all steps and delivers the remaining frame poses.
-  void Finish();
 
   struct Counts {
     int keyframes = 0;
@@ -54,11 +47,34 @@ class MapperQueue {
     uint64_t classified_keyframes = 0;
     uint64_t unclassified_keyframes = 0;
   };
-  Counts counts() const;
 
  private:
-  // The whole map being adjusted beside the steps.
+  friend class MapperSeat;
+
+  // One session's part of it.
+  struct Vehicle {
+    Vehicle(MapDeltaSink* delta_sink, VehicleMapping vehicle_mapping)
+        : sink(delta_sink), mapping(std::move(vehicle_mapping)) {}
+
+    MapDeltaSink* const sink;
+    // Touched by the running step only, whosoever it is.
+    VehicleMapping mapping;
+    CorrectionLog corrections;
+    uint64_t delta_version = 0;
+    uint64_t view_version = 0;
+    // Guarded by mutex_.
+    size_t backlog = 0;  // own steps that wait or are under way
+    bool recovering = false;
+    std::shared_ptr<const Recovery> recovery;
+    std::shared_ptr<const LocalMapView> view;
+    std::deque<FramePose> frames;
+    Counts counts;
+  };
+  using VehiclePtr = std::shared_ptr<Vehicle>;
+
+  // The whole map being adjusted beside the steps, after a loop of `vehicle`.
   struct FullAdjustment {
+    VehiclePtr vehicle;
     std::shared_ptr<FullBundle> bundle;
     std::atomic<bool> stop = false;
   };
@@ -69,49 +85,99 @@ class MapperQueue {
   struct ApplyStep {
     std::shared_ptr<FullAdjustment> adjustment;
   };
-  using Step = std::variant<KeyFrameCandidate, InitialPair, ResetStep, RecoverStep, ApplyStep>;
+  struct FinishStep {};
+  using Work = std::variant<KeyFrameCandidate, InitialPair, ResetStep, RecoverStep, ApplyStep, FinishStep>;
+  struct Step {
+    VehiclePtr vehicle;
+    Work work;
+  };
 
-  void Enqueue(Step step);
+  // What a seat does for its vehicle.
+  VehiclePtr Join(MapDeltaSink* sink);
+  void Leave(const VehiclePtr& vehicle);
+  MapperState State(const Vehicle& vehicle) const;
+  void Push(const VehiclePtr& vehicle, TrackOutput* output);
+  void WaitForBacklog(const Vehicle& vehicle, size_t backlog);
+  void Finish(const VehiclePtr& vehicle);
+  Counts CountsOf(const Vehicle& vehicle) const;
+
+  void Enqueue(const VehiclePtr& vehicle, Work work);
   void Drain();
-  void Run(const Step& step);
+  std::optional<Step> BeginStep();
+  // False when no step waits.
+  bool EndStep(Vehicle* vehicle, double ms);
+  void CountMap();
   KeyFrameCandidate WithClasses(KeyFrameCandidate candidate);
   void Run(const KeyFrameCandidate& candidate);
   void Run(const InitialPair& pair);
   void Run(const ResetStep& reset);
   void Run(const RecoverStep& recover);
   void Run(const ApplyStep& apply);
+  void Run(const FinishStep& finish);
   void CloseLoop();
   void StartFullAdjustment();
-  enum class Reach { kLocal, kWholeMap };
-  void Deliver(uint64_t up_to_sequence, Reach reach = Reach::kLocal);
+  // After more of the map moved than one vehicle's surroundings.
+  void PublishAndDeliverToAll();
+  void PublishToAll(const std::vector<VehiclePtr>& vehicles);
+  void Deliver(uint64_t up_to_sequence);
+  // The map's changes and the vehicle's frames; empty when there is nothing to tell.
+  MapDelta TakeDelta(uint64_t up_to_sequence, const std::vector<VehiclePtr>& vehicles);
   std::vector<FramePose> TakeFrames(uint64_t up_to_sequence);
   bool Resolve(FramePose* frame) const;
+  std::vector<VehiclePtr> Vehicles() const;
+  bool HasJoined(const VehiclePtr& vehicle) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t Backlog() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return steps_.size() + (running_ ? 1 : 0); }
 
   const LoopConfig loop_config_;
-  MapDeltaSink* const sink_;
   Executor* const executor_;
   const size_t capacity_;
-  bool map_is_stored_ = false;
-  // Touched by the running step only.
+  // Touched by the running step only: the mapper, and whose step it is.
   SessionMapper mapper_;
-  uint64_t delta_version_ = 0;
-  CorrectionLog corrections_;
+  VehiclePtr current_;
   // True while another keyframe waits: the running step should hurry.
   std::atomic<bool> hurry_ = false;
 
-  mutable Mutex mutex_;  // guards what tracker, mapper and long tasks exchange
+  mutable Mutex mutex_;  // guards what trackers, mapper and long tasks exchange
+  // The map is nobody's alone: it was stored, or a second vehicle has joined.
+  bool is_common_ ABSL_GUARDED_BY(mutex_) = false;
+  std::vector<VehiclePtr> vehicles_ ABSL_GUARDED_BY(mutex_);
   std::deque<Step> steps_ ABSL_GUARDED_BY(mutex_);
   bool running_ ABSL_GUARDED_BY(mutex_) = false;
-  bool closing_ ABSL_GUARDED_BY(mutex_) = false;
+  uint64_t steps_begun_ ABSL_GUARDED_BY(mutex_) = 0;
+  uint64_t steps_ended_ ABSL_GUARDED_BY(mutex_) = 0;
+  int map_keyframes_ ABSL_GUARDED_BY(mutex_) = 0;
+  int map_points_ ABSL_GUARDED_BY(mutex_) = 0;
   // The newest full adjustment, and how many long tasks have not ended.
   std::shared_ptr<FullAdjustment> adjustment_ ABSL_GUARDED_BY(mutex_);
   int adjusting_ ABSL_GUARDED_BY(mutex_) = 0;
-  bool recovering_ ABSL_GUARDED_BY(mutex_) = false;
-  std::shared_ptr<const Recovery> recovery_ ABSL_GUARDED_BY(mutex_);
-  std::shared_ptr<const LocalMapView> view_ ABSL_GUARDED_BY(mutex_);
-  std::deque<FramePose> frames_ ABSL_GUARDED_BY(mutex_);
-  Counts counts_ ABSL_GUARDED_BY(mutex_);
+};
+
+// One session's place at a mapper. Used by one thread at a time, but for State and counts, which any may
+// call.
+class MapperSeat {
+ public:
+  // `sink` receives a delta after each step of this session, and corrections from those of others; until the
+  // seat is gone.
+  MapperSeat(std::shared_ptr<MapperQueue> queue, MapDeltaSink* sink)
+      : queue_(std::move(queue)), vehicle_(queue_->Join(sink)) {}
+  // Waits for the step under way; own steps that wait are dropped.
+  ~MapperSeat() { queue_->Leave(vehicle_); }
+  MapperSeat(const MapperSeat&) = delete;
+  MapperSeat& operator=(const MapperSeat&) = delete;
+
+  MapperState State() const { return queue_->State(*vehicle_); }
+  // Takes over what the tracker wants done for a frame.
+  void Push(TrackOutput* output) { queue_->Push(vehicle_, output); }
+  // Returns once at most `backlog` own steps are waiting or under way; for 0 also once the whole map is
+  // adjusted.
+  void WaitForBacklog(size_t backlog) { queue_->WaitForBacklog(*vehicle_, backlog); }
+  // Waits for all own steps and delivers the remaining frame poses.
+  void Finish() { queue_->Finish(vehicle_); }
+  MapperQueue::Counts counts() const { return queue_->CountsOf(*vehicle_); }
+
+ private:
+  const std::shared_ptr<MapperQueue> queue_;
+  const MapperQueue::VehiclePtr vehicle_;
 };
 
 }  // namespace semmap

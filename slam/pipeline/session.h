@@ -7,7 +7,6 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "slam/geometry/camera.h"
-#include "slam/map/map.h"
 #include "slam/map/map_delta.h"
 #include "slam/pipeline/executor.h"
 #include "slam/pipeline/frame.h"
@@ -18,6 +17,8 @@
 #include "slam/semantics/segmentation_queue.h"
 
 namespace semmap {
+
+class SharedMap;
 
 // Totals of a session, for summaries and metrics.
 struct SessionStats {
@@ -37,18 +38,14 @@ struct SessionStats {
   uint64_t unclassified_frames = 0;
 };
 
-// The stored map, if any, that a session begins with; at most one of both.
+// The map that a session begins with; at most one of both. Without, it makes a map alone.
 struct SessionStart {
   // Finds itself in it and never changes it: tracks within it, reports poses, and delivers nothing but the
   // poses of its frames. Shared with whoever else reads it. Such a session needs no executor.
   std::shared_ptr<const MapSnapshot> localize;
-  // Finds itself in it, then adds to it: the map is the session's from now on.
-  struct Extension {
-    Map map;
-    // New keyframes get greater ids.
-    KeyFrameId last_keyframe;
-  };
-  std::optional<Extension> extend;
+  // Adds to it, together with all other sessions that begin with the same; unless it is the first in a new
+  // map, it must find itself there before.
+  std::shared_ptr<SharedMap> shared;
 };
 
 // One vehicle's drive: joins tracker and mapper. Track is called from one thread at a time (any thread); the

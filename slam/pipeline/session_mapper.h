@@ -14,37 +14,54 @@
 
 namespace semmap {
 
-// What a session does with its map behind the tracker's back, as single steps: local mapping, loop closing,
-// finding a lost tracker, adjusting the whole map. Not thread-safe: its queue calls it from one thread at a
-// time.
+// What the mapper remembers of one of the vehicles that make a map.
+struct VehicleMapping {
+  // Joined a map that others made: a wrong place would spoil what is theirs, so it is looked for harder.
+  bool is_stranger = false;
+  YoungPoints young_points;
+  LoopCloser loop_closer;
+  // Views are made around it: the vehicle's newest keyframe, or where it was found. None before either.
+  KeyFrameId center;
+};
+
+// What happens to a map behind its trackers' backs, as single steps: local mapping, loop closing, finding a
+// lost tracker, adjusting the whole map. Several vehicles may make one map; a step is one vehicle's. Not
+// thread-safe: its queue calls it from one thread at a time.
 class SessionMapper {
  public:
   // Without a vocabulary there are no loops and no recoveries.
   SessionMapper(const SlamConfig& config, const MappingCamera& camera, const ScalePyramidInfo& scale_info,
                 std::shared_ptr<const Vocabulary> vocabulary, LocalMapper::Publish publish);
 
-  // Before anything else: goes on in a map that was stored. Nothing is published before the first recovery.
+  // Before anything else: goes on in a map that was stored.
   void Adopt(Map map);
+  // Of a vehicle that begins to take part.
+  VehicleMapping StartVehicle(bool is_stranger) const;
 
   // `stop` becomes true when the next keyframe waits: what can be left out then is.
-  void AddKeyFrame(const KeyFrameCandidate& candidate, const std::atomic<bool>* stop);
-  void AddInitialPair(const InitialPair& pair);
-  // Forgets the map.
-  void Reset();
+  void AddKeyFrame(const KeyFrameCandidate& candidate, const std::atomic<bool>* stop,
+                   VehicleMapping* vehicle);
+  void AddInitialPair(const InitialPair& pair, VehicleMapping* vehicle);
+  // Forgets the map, which the vehicle made alone.
+  void Reset(VehicleMapping* vehicle);
 
-  // Closes a loop that ends at the keyframe added last.
-  std::optional<LoopCloser::Result> CloseLoop();
+  // Closes a loop that ends at the vehicle's keyframe added last. Every vehicle should then see the map anew.
+  std::optional<LoopCloser::Result> CloseLoop(VehicleMapping* vehicle);
 
   struct RecoveryReport {
     std::shared_ptr<const Recovery> recovery;  // null: see failure
     LocalizationFailure failure = LocalizationFailure::kNone;
   };
-  // Looks for the frame anywhere in the map; if it is found the published view moves there.
-  RecoveryReport Recover(const LostFrame& lost);
+  // Looks for the frame anywhere in the map; if it is found the vehicle's view moves there.
+  RecoveryReport Recover(const LostFrame& lost, VehicleMapping* vehicle);
 
-  // A copy of the whole map to be adjusted elsewhere, and its way back.
+  // A copy of the whole map to be adjusted elsewhere, and its way back, after which every vehicle should see
+  // the map anew.
   std::shared_ptr<FullBundle> PrepareFullBundle() const;
-  void Apply(const FullBundle& bundle);
+  void Apply(const FullBundle& bundle) { bundle.Apply(&local_.mutable_map()); }
+
+  // Publishes the map as it is around the vehicle, which has a center.
+  void PublishView(const VehicleMapping& vehicle) { local_.PublishView(vehicle.center); }
 
   const Map& map() const { return local_.map(); }
   // Of the view published last.
@@ -59,17 +76,14 @@ class SessionMapper {
     std::optional<ViewFix> fix;
     LocalizationFailure failure = LocalizationFailure::kNone;
   };
-  Found Find(const TrackedFrame& frame) const;
+  Found Find(const TrackedFrame& frame, const VehicleMapping& vehicle) const;
 
   SlamConfig config_;
   MappingCamera camera_;
   LocalMapper local_;
   PlaceMemory places_;
-  LoopCloser loop_closer_;
   Relocalizer relocalizer_;
-  // In a stored map a wrong place would spoil what others made: looks harder before it believes.
   MapLocalizer localizer_;
-  bool map_is_stored_ = false;
 };
 
 }  // namespace semmap

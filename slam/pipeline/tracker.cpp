@@ -58,7 +58,7 @@ TrackOutput Tracker::Track(const FrameInput& input, const MapperState& mapper) {
   const bool is_classified = frame.is_classified;
   AdoptView(mapper.view);
   AdoptRecovery(mapper.recovery.get());
-  if (view_ == nullptr && mapper.map_is_stored) {
+  if (view_ == nullptr && mapper.map_is_strange) {
     HandleLoss(frame, mapper, &output);
   } else if (view_ == nullptr) {
     Initialize(std::move(frame), &output);
@@ -164,7 +164,7 @@ void Tracker::InitializeWithDepth(TrackedFrame frame, TrackOutput* output) {
   const auto with_depth = std::count_if(frame.features->keypoints.begin(), frame.features->keypoints.end(),
                                         [&](const Keypoint& k) { return MeasuresDepth(k); });
   if (with_depth < kMinInitialDepthPoints) return;
-  const KeyFrameId id(next_keyframe_id_++);
+  const KeyFrameId id = ids_->Next();
   output->keyframe = ToCandidate(id, frame);
   output->result.map_from_camera = SE3();
   output->result.inliers = static_cast<int>(with_depth);
@@ -183,8 +183,8 @@ void Tracker::InitializeMonocular(TrackedFrame frame, TrackOutput* output) {
   if (!reconstruction) return;
   monocular_initializer_.Reset();
   InitialPair pair;
-  const KeyFrameId first_id(next_keyframe_id_++);
-  const KeyFrameId second_id(next_keyframe_id_++);
+  const KeyFrameId first_id = ids_->Next();
+  const KeyFrameId second_id = ids_->Next();
   pair.first = ToCandidate(first_id, reconstruction->first);
   pair.first.camera_from_reference = SE3();
   frame.camera_from_map = reconstruction->second_from_first;
@@ -249,7 +249,7 @@ void Tracker::HandleLoss(const TrackedFrame& frame, const MapperState& mapper, T
   state_ = TrackingState::kLost;
   velocity_.reset();
   output->result.inliers = 0;
-  if (mapper.map_is_stored || !IsMapDisposable(frame)) {
+  if (mapper.map_is_strange || !IsMapDisposable(frame)) {
     if (!mapper.recovering) output->lost_frame = {frame, {}};
     return;
   }
@@ -323,7 +323,7 @@ KeyFrameEvidence Tracker::GatherEvidence(const TrackedFrame& frame, const Mapper
 }
 
 KeyFrameCandidate Tracker::MakeCandidate(const TrackedFrame& frame) {
-  KeyFrameCandidate candidate = ToCandidate(KeyFrameId(next_keyframe_id_++), frame);
+  KeyFrameCandidate candidate = ToCandidate(ids_->Next(), frame);
   const ViewKeyFrame& reference = view_->reference();
   candidate.reference = reference.id;
   candidate.camera_from_reference = frame.camera_from_map * reference.camera_from_map.Inverse();

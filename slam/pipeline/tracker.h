@@ -9,6 +9,7 @@
 #include "slam/optimize/pose_optimizer.h"
 #include "slam/pipeline/frame_builder.h"
 #include "slam/pipeline/keyframe_candidate.h"
+#include "slam/pipeline/keyframe_id_source.h"
 #include "slam/pipeline/keyframe_policy.h"
 #include "slam/pipeline/local_map_matcher.h"
 #include "slam/pipeline/mapping_camera.h"
@@ -22,8 +23,9 @@ namespace semmap {
 struct MapperState {
   // Null before there is a map, or before the vehicle found itself in it.
   std::shared_ptr<const LocalMapView> view;
-  // The map was stored before this session: none is begun, frames are lost until the first recovery.
-  bool map_is_stored = false;
+  // Others made the map, or make it as well: none is begun and none thrown away; until the first recovery
+  // frames are lost.
+  bool map_is_strange = false;
   bool idle = true;
   bool accepts_keyframe = true;
   // A lost frame is being looked for in the whole map; and the last one that was found.
@@ -55,8 +57,8 @@ class Tracker {
 
   const FrameBuilder& builder() const { return builder_; }
   const MappingCamera& camera() const { return camera_; }
-  // Before the first frame: keyframes get greater ids than `last`.
-  void ContinueIdsAfter(KeyFrameId last) { next_keyframe_id_ = last.value() + 1; }
+  // Before the first frame: where the ids of keyframes come from, when others make the same map.
+  void TakeIdsFrom(std::shared_ptr<KeyFrameIdSource> ids) { ids_ = std::move(ids); }
   // What the keypoints of the last tracked frame saw.
   const std::vector<MapPointId>& last_points() const { return last_points_; }
 
@@ -132,7 +134,7 @@ class Tracker {
   KeyFrameId last_keyframe_;
   std::optional<SE3> velocity_;  // camera_from_last_camera of the last two frames
   TimestampNs last_keyframe_time_ = 0;
-  uint64_t next_keyframe_id_ = 1;
+  std::shared_ptr<KeyFrameIdSource> ids_ = std::make_shared<KeyFrameIdSource>();
   // Of the current frame: whether it was found without the last one, and how much of the map agrees.
   bool relocalized_ = false;
   Agreement agreement_;

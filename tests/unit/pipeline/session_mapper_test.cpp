@@ -36,7 +36,7 @@ class SessionMapperTest : public ::testing::Test {
             candidate.camera_from_reference * RingWorld::WorldFromCamera((i - 1) * kRingStep);
         candidate.points = Track(frame, RingWorld::WorldFromCamera(i * kRingStep).Inverse());
       }
-      mapper_.AddKeyFrame(candidate, &stop);
+      mapper_.AddKeyFrame(candidate, &stop, &vehicle_);
     }
   }
 
@@ -69,6 +69,7 @@ class SessionMapperTest : public ::testing::Test {
   MappingCamera camera_;
   std::shared_ptr<const LocalMapView> view_;
   SessionMapper mapper_;
+  VehicleMapping vehicle_ = mapper_.StartVehicle(false);
 };
 
 TEST_F(SessionMapperTest, ALostFrameIsFoundFarFromTheNewestKeyFrameAndTheViewMovesThere) {
@@ -76,7 +77,7 @@ TEST_F(SessionMapperTest, ALostFrameIsFoundFarFromTheNewestKeyFrameAndTheViewMov
   const uint64_t version = mapper_.view_version();
   const SE3 aside(ExpSO3({0, 0.05, 0}), {0.3, 0, 0.4});
   const SE3 world_from_camera = RingWorld::WorldFromCamera(4 * kRingStep) * aside;
-  const auto report = mapper_.Recover({See(world_from_camera, 500), {}});
+  const auto report = mapper_.Recover({See(world_from_camera, 500), {}}, &vehicle_);
   ASSERT_NE(report.recovery, nullptr) << static_cast<int>(report.failure);
   const SE3 error = report.recovery->frame.camera_from_map * world_from_camera;
   EXPECT_LT(error.translation().norm(), 0.1);
@@ -94,7 +95,8 @@ TEST_F(SessionMapperTest, ALostFrameIsFoundFarFromTheNewestKeyFrameAndTheViewMov
 
 TEST_F(SessionMapperTest, DoubtIsRefutedWhenNoOtherPlaceIsBetter) {
   const SE3 world_from_camera = RingWorld::WorldFromCamera(4 * kRingStep);
-  const auto report = mapper_.Recover({See(world_from_camera, 500), {.expected = 100, .inliers = 90}});
+  const auto report =
+      mapper_.Recover({See(world_from_camera, 500), {.expected = 100, .inliers = 90}}, &vehicle_);
   EXPECT_EQ(report.recovery, nullptr);
   EXPECT_EQ(report.failure, LocalizationFailure::kTooFewInliers);
   EXPECT_EQ(view_->reference().id, KeyFrameId(kKeyFrames));
@@ -103,16 +105,17 @@ TEST_F(SessionMapperTest, DoubtIsRefutedWhenNoOtherPlaceIsBetter) {
 TEST_F(SessionMapperTest, DoubtIsRightWhenFarMoreAgreesElsewhere) {
   const SE3 world_from_camera = RingWorld::WorldFromCamera(4 * kRingStep);
   // Many agree with the doubted pose, but most of what should be in sight, or of what is near, does not.
-  EXPECT_NE(mapper_.Recover({See(world_from_camera, 500), {.expected = 5000, .inliers = 600}}).recovery,
-            nullptr);
+  EXPECT_NE(
+      mapper_.Recover({See(world_from_camera, 500), {.expected = 5000, .inliers = 600}}, &vehicle_).recovery,
+      nullptr);
   const Agreement far_only{.expected = 500, .inliers = 400, .near_expected = 100, .near_inliers = 3};
-  EXPECT_NE(mapper_.Recover({See(world_from_camera, 501), far_only}).recovery, nullptr);
+  EXPECT_NE(mapper_.Recover({See(world_from_camera, 501), far_only}, &vehicle_).recovery, nullptr);
 }
 
 TEST_F(SessionMapperTest, AForgottenMapFindsNothing) {
-  mapper_.Reset();
+  mapper_.Reset(&vehicle_);
   EXPECT_EQ(view_, nullptr);
-  const auto report = mapper_.Recover({See(RingWorld::WorldFromCamera(0), 500), {}});
+  const auto report = mapper_.Recover({See(RingWorld::WorldFromCamera(0), 500), {}}, &vehicle_);
   EXPECT_EQ(report.failure, LocalizationFailure::kNoCandidates);
 }
 

@@ -59,7 +59,7 @@ TEST_F(SessionRegistryTest, AMapIsMadeOnceByOneSession) {
   EXPECT_EQ(Refusal(), v1::ERROR_REASON_MAP_NOT_EMPTY);
 }
 
-TEST_F(SessionRegistryTest, ManyReadAMapAndOneChangesIt) {
+TEST_F(SessionRegistryTest, ManyReadAMapAndManyExtendIt) {
   MakeMap("full", "s1", 6);
   hello_.set_map("maps/full");
   hello_.set_mode(v1::SESSION_MODE_LOCALIZE);
@@ -68,10 +68,12 @@ TEST_F(SessionRegistryTest, ManyReadAMapAndOneChangesIt) {
   hello_.set_mode(v1::SESSION_MODE_EXTEND);
   const auto extender = sessions_->Open(hello_);
   ASSERT_TRUE(extender.ok()) << extender.status();
+  ASSERT_TRUE(sessions_->Open(hello_).ok());
+  hello_.set_mode(v1::SESSION_MODE_MAP);
   EXPECT_EQ(Refusal(), v1::ERROR_REASON_MAP_IN_USE);
   hello_.set_mode(v1::SESSION_MODE_LOCALIZE);
   EXPECT_TRUE(sessions_->Open(hello_).ok());
-  EXPECT_EQ(sessions_->size(), 4U);
+  EXPECT_EQ(sessions_->size(), 5U);
   EXPECT_TRUE(sessions_->IsMapInUse("full"));
 }
 
