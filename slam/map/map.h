@@ -21,7 +21,7 @@ struct CovisibleKeyFrame {
 
 // Keyframes, points and what sees what. Every change goes through a method, which keeps both directions of an
 // observation and the covisibility counts consistent and notes what a delta must carry. Not thread-safe: it
-// belongs to the session's mapper; others see it through LocalMapView and MapDelta. Iteration order depends
+// belongs to the mapper; others see it through LocalMapView and MapDelta. Iteration order depends
 // on the history only, so results are reproducible. References stay valid until the thing itself is removed.
 class Map {
  public:
