@@ -19,6 +19,11 @@ struct PlacePrior {
   struct Position {
     Eigen::Vector3d in_map = Eigen::Vector3d::Zero();
     double radius = 0;  // units of the map; the camera is no further away
+    // Unit length: nothing is known of the height along it, distances are measured across it. Zero: all is
+    // known.
+    Eigen::Vector3d up_in_map = Eigen::Vector3d::Zero();
+
+    double DistanceTo(const Eigen::Vector3d& point_in_map) const;
   };
   struct Heading {
     Eigen::Vector3d in_map = Eigen::Vector3d::UnitZ();  // unit length
@@ -73,7 +78,8 @@ class MapLocalizer {
 // Keyframes that see the points of the fix, those that see most first (of equal ones the smaller id).
 std::vector<KeyFrameId> KeyFramesSeeing(const Map& map, const MapFix& fix, size_t limit);
 
-// Share of the matched points whose class is that of the image's keypoint. nullopt when no pair has classes on both sides.
+// Share of the matched points whose class is that of the image's keypoint. nullopt when no pair has classes
+// on both sides.
 std::optional<double> ClassAgreement(const Map& map, const MapFix& fix, const FrameFeatures& image);
 
 }  // namespace semmap

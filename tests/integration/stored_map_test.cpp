@@ -195,6 +195,34 @@ TEST_F(StoredMapTest, AHundredAnswersAreTheSameAfterARestart) {
   EXPECT_GE(found, 4 * kMapFrames) << "beyond the map's end some are not";
 }
 
+TEST_F(StoredMapTest, AnAnchoredMapIsAskedAndAnswersOnEarth) {
+  v1::Map anchored = TheMap();
+  v1::GeoAnchor* anchor = anchored.mutable_anchor();
+  anchor->mutable_origin()->set_latitude_deg(48);
+  anchor->mutable_origin()->set_longitude_deg(11);
+  anchor->mutable_origin()->set_altitude_m(500);
+  // Half a turn about the map's x: its z, along which vehicles drive, is down, y south.
+  anchor->mutable_enu_from_map()->mutable_pose()->mutable_rotation()->set_x(1);
+  ASSERT_TRUE(client::Client(Connect()).UpdateMap(anchored, {"anchor"}).ok());
+  v1::RelocalizeRequest request = RequestFor(15, true);
+  auto response = client::Client(Connect()).Relocalize(request);
+  ASSERT_TRUE(response.ok()) << response.status();
+  ASSERT_TRUE(response->has_geo_position());
+  const v1::GeoPosition found = response->geo_position();
+  EXPECT_NEAR(found.altitude_m(), 500 - response->map_from_camera().translation().z(), 1e-3);
+  EXPECT_NEAR(found.latitude_deg(), 48, 1e-4);
+
+  *request.mutable_prior()->mutable_geo_position() = found;
+  request.mutable_prior()->set_radius_m(0.5);
+  response = client::Client(Connect()).Relocalize(request);
+  ASSERT_TRUE(response.ok()) << response.status();
+  EXPECT_EQ(response->result(), v1::RELOCALIZE_RESULT_FOUND);
+  request.mutable_prior()->mutable_geo_position()->set_altitude_m(found.altitude_m() + 1);
+  EXPECT_EQ(client::Client(Connect()).Relocalize(request)->result(), v1::RELOCALIZE_RESULT_NO_CANDIDATES);
+  request.mutable_prior()->mutable_geo_position()->clear_altitude_m();
+  EXPECT_EQ(client::Client(Connect()).Relocalize(request)->result(), v1::RELOCALIZE_RESULT_FOUND);
+}
+
 TEST_F(StoredMapTest, APictureOfNothingIsAnAnswer) {
   v1::RelocalizeRequest request;
   request.set_map("room");
