@@ -66,6 +66,13 @@ absl::StatusOr<PlacePrior> PriorFromProto(const v1::PosePrior& proto, const stor
   return prior;
 }
 
+// Who asks waits for an answer anyway, which should not depend on how busy the network is: a picture gets its
+// classes however long that takes.
+SlamConfig ForPictures(SlamConfig config) {
+  config.segmentation.max_wait_ms = 0;
+  return config;
+}
+
 v1::GeoPosition ToGeoPosition(const storage::GeoAnchor& anchor, const Eigen::Vector3d& point_in_map) {
   const Eigen::Vector3d geographic = GeoFrame(anchor).ToGeographic(point_in_map);
   v1::GeoPosition position;
@@ -103,23 +110,23 @@ absl::StatusOr<v1::RelocalizeResponse> Relocalize(const ServiceContext& context,
                                                   const RelocalizeTask& task, const MapSnapshot& map) {
   const absl::Time start = absl::Now();
   CameraRig rig = task.rig;
-  SEMMAP_ASSIGN_OR_RETURN(const FrameInput input, DecodeFrame(request.frame(), rig, false));
+  const SlamConfig slam = ForPictures(context.slam);
+  const bool segments = context.segmentation != nullptr && slam.segmentation.mode != SegmentationMode::kOff;
+  SEMMAP_ASSIGN_OR_RETURN(const FrameInput input, DecodeFrame(request.frame(), rig, segments));
   // Depth in metres says nothing where the map's unit is arbitrary: there, one eye looks.
   if (!map.scale_known) rig.sensor = SensorType::kMono;
-  // Classes come with the frame or not at all: the network is for those who drive.
-  FrameBuilder builder(context.slam, rig, nullptr);
+  FrameBuilder builder(slam, rig, context.segmentation);
   StageTimes times;
-  const TrackedFrame frame = builder.Build(input, false, &times);
+  const TrackedFrame frame = builder.Build(input, segments, &times);
 
   v1::RelocalizeResponse response;
   response.set_map_version(map.version);
-  if (frame.features->size() < static_cast<size_t>(context.slam.relocalization.min_inliers)) {
+  if (frame.features->size() < static_cast<size_t>(slam.relocalization.min_inliers)) {
     response.set_result(v1::RELOCALIZE_RESULT_TOO_FEW_FEATURES);
   } else {
-    const MapLocalizer localizer(context.slam.relocalization, static_cast<uint32_t>(context.slam.seed));
-    const MapLocalization located =
-        localizer.Locate(map.map, map.places, MakeMappingCamera(context.slam, builder),
-                         {*frame.features, *frame.grid}, task.prior, map.version);
+    const MapLocalizer localizer(slam.relocalization, static_cast<uint32_t>(slam.seed));
+    const MapLocalization located = localizer.Locate(map.map, map.places, MakeMappingCamera(slam, builder),
+                                                     {*frame.features, *frame.grid}, task.prior, map.version);
     spdlog::debug("relocalize map={} result={} candidates={} matches={} inliers={} expected={} rival={}",
                   task.map.name, static_cast<int>(located.failure), located.candidates, located.matches,
                   located.agreement.inliers, located.agreement.expected, located.rival_inliers);
