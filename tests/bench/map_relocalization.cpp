@@ -24,6 +24,7 @@
 #include "slam/evaluation/statistics.h"
 #include "slam/evaluation/trajectory_io.h"
 #include "slam/geometry/alignment.h"
+#include "tests/bench/bench_main.h"
 
 namespace semmap::bench {
 namespace {
@@ -270,15 +271,7 @@ int Main(int argc, char** argv) {
   app.add_option("--answers", arguments.answers, "Write all answers to this file (JSON)");
   app.add_option("--compare", arguments.compare, "Say how far they are from those in this file");
   app.add_flag("--json", arguments.json, "Print JSON instead of a table");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  const absl::Status status = Run(arguments);
-  if (status.ok()) return 0;
-  std::cerr << "map_relocalization: " << status << "\n";
-  return 1;
+  return RunMain(app, "map_relocalization", argc, argv, [&] { return Run(arguments); });
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "report.h"
 #include "rounds.h"
 #include "slam/common/status_macros.h"
+#include "tests/bench/bench_main.h"
 
 namespace semmap::kill_test {
 namespace {
@@ -57,7 +58,7 @@ class Directory {
   std::string path_;
 };
 
-absl::StatusOr<bool> Run(const Arguments& arguments) {
+absl::Status Run(const Arguments& arguments) {
   SEMMAP_ASSIGN_OR_RETURN(const Recording round, DrawRoundTrip());
   Recording street = round;
   street.frames.resize(std::min(street.frames.size(), kStreetFrames));
@@ -74,7 +75,8 @@ absl::StatusOr<bool> Run(const Arguments& arguments) {
   SEMMAP_RETURN_IF_ERROR(rounds.Finish());
   const nlohmann::json report = ReportJson(rounds, arguments.seed);
   std::cout << (arguments.json ? report.dump(2) + "\n" : ReportTable(report));
-  return report["failures"].empty();
+  if (report["failures"].empty()) return absl::OkStatus();
+  return absl::DataLossError(std::to_string(report["failures"].size()) + " failures");
 }
 
 int Main(int argc, char** argv) {
@@ -92,14 +94,7 @@ int Main(int argc, char** argv) {
   app.add_option("--config", arguments.config, "Configuration of semmapd")->check(CLI::ExistingFile);
   app.add_option("--directory", arguments.keep, "Work in this directory and leave it there");
   app.add_flag("--json", arguments.json, "Print JSON instead of a table");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  const absl::StatusOr<bool> sound = Run(arguments);
-  if (!sound.ok()) std::cerr << "kill_test: " << sound.status() << "\n";
-  return sound.ok() && *sound ? 0 : 1;
+  return bench::RunMain(app, "kill_test", argc, argv, [&] { return Run(arguments); });
 }
 
 }  // namespace
