@@ -6,8 +6,8 @@
 #include <grpcpp/grpcpp.h>
 
 #include "absl/strings/str_cat.h"
-#include "client/connection.h"
 #include "client/errors.h"
+#include "connect.h"
 #include "tests/integration/raw_stream.h"
 
 namespace semmap::kill_test {
@@ -15,10 +15,6 @@ namespace {
 
 // Between a relocalized position and that of the stored trajectory, in the unit of the map.
 constexpr double kNear = 0.3;
-
-std::shared_ptr<client::Connection> Open(const std::string& address) {
-  return client::Connection::Open({address}).value();
-}
 
 // `count` of them, spread evenly, the last one among them.
 std::vector<uint64_t> Spread(const std::vector<uint64_t>& sequences, size_t count) {
@@ -47,7 +43,7 @@ void Tally::Add(const Tally& other) {
 }
 
 Aftermath::Aftermath(const std::string& address, Tally* tally)
-    : connection_(Open(address)), client_(connection_), tally_(tally) {}
+    : connection_(Connect(address).value()), client_(connection_), tally_(tally) {}
 
 bool Aftermath::InspectMap(const std::string& map) {
   const auto info = client_.GetMap(map);

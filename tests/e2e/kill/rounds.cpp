@@ -10,7 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
-#include "client/connection.h"
+#include "connect.h"
 #include "slam/common/status_macros.h"
 #include "version_one.h"
 
@@ -100,7 +100,7 @@ absl::Status Rounds::Prepare() {
   SEMMAP_ASSIGN_OR_RETURN(base_, DriveUndisturbed(street_, kBase));
   frame_time_ = (base_.answers.back() - base_.answers.front()) / static_cast<double>(base_.answers.size());
   SEMMAP_RETURN_IF_ERROR(MeasureLoop());
-  SEMMAP_ASSIGN_OR_RETURN(const auto connection, client::Connection::Open({server_->address()}));
+  SEMMAP_ASSIGN_OR_RETURN(const auto connection, Connect(server_->address()));
   client::Client client(connection);
   SEMMAP_ASSIGN_OR_RETURN(base_file_, Export(client, kBase));
   for (int i = 0; i < kOldCopies; ++i)
@@ -140,7 +140,7 @@ absl::Status Rounds::BeginStore() {
   data_ = absl::StrCat(options_.directory, "/store");
   SEMMAP_RETURN_IF_ERROR(MakeDirectory(data_));
   SEMMAP_RETURN_IF_ERROR(Restart());
-  SEMMAP_ASSIGN_OR_RETURN(const auto connection, client::Connection::Open({server_->address()}));
+  SEMMAP_ASSIGN_OR_RETURN(const auto connection, Connect(server_->address()));
   client::Client client(connection);
   testimonies_.clear();
   last_drive_.reset();
@@ -191,7 +191,7 @@ absl::Status Rounds::KillDuringLoop(Tally* tally) {
 }
 
 absl::Status Rounds::KillDuringWork(std::unique_ptr<Work> work, Tally* tally) {
-  SEMMAP_ASSIGN_OR_RETURN(const auto connection, client::Connection::Open({server_->address()}));
+  SEMMAP_ASSIGN_OR_RETURN(const auto connection, Connect(server_->address()));
   client::Client client(connection);
   const std::string name = absl::StrCat("work-", kills_);
   const absl::Time begin = absl::Now();

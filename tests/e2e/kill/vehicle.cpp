@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "absl/time/clock.h"
-#include "client/connection.h"
 #include "client/drive.h"
+#include "connect.h"
 #include "slam/common/status_macros.h"
 
 namespace semmap::kill_test {
@@ -67,7 +67,7 @@ absl::Status Vehicle::Drive(const std::string& address) {
     options.mode = told_.mode;
     options.map = told_.map;
   }
-  SEMMAP_ASSIGN_OR_RETURN(const auto connection, client::Connection::Open({address}));
+  SEMMAP_ASSIGN_OR_RETURN(const auto connection, Connect(address));
   SEMMAP_ASSIGN_OR_RETURN(const auto drive, client::Drive::Start(connection, options, observer));
   {
     MutexLock lock(&mutex_);
