@@ -20,4 +20,8 @@ Eigen::Vector3d GeoFrame::ToMap(const Eigen::Vector3d& longitude_latitude_altitu
   return enu_from_map_.Inverse() * enu;
 }
 
+Eigen::Vector3d GeoFrame::UpInMap() const {
+  return enu_from_map_.rigid.rotation().conjugate() * Eigen::Vector3d::UnitZ();
+}
+
 }  // namespace semmap::server

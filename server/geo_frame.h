@@ -18,6 +18,10 @@ class GeoFrame {
   Eigen::Vector3d ToGeographic(const Eigen::Vector3d& point_in_map) const;
   Eigen::Vector3d ToMap(const Eigen::Vector3d& longitude_latitude_altitude) const;
 
+  // What is up at the anchor's origin, of unit length, in the frame of the map.
+  Eigen::Vector3d UpInMap() const;
+  double metres_per_unit() const { return enu_from_map_.scale; }
+
  private:
   GeographicLib::LocalCartesian enu_;
   Sim3 enu_from_map_;

@@ -90,7 +90,8 @@ int Run(const Options& options) {
   if (!vocabulary.ok()) return Fail(vocabulary.status());
   const auto segmentation = semmap::LoadSegmentation(config->slam.segmentation);
   if (!segmentation.ok()) return Fail(segmentation.status());
-  auto server = Server::Start(*config, MakeSessionFactory(*vocabulary, *segmentation), *vocabulary);
+  auto server =
+      Server::Start(*config, MakeSessionFactory(*vocabulary, *segmentation), *vocabulary, *segmentation);
   if (!server.ok()) return Fail(server.status());
   std::printf("listening on %s\n", (*server)->address().c_str());
   std::fflush(stdout);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 
 #include "server/artifacts.h"
 #include "server/map_cache.h"
@@ -10,6 +11,7 @@
 #include "server/server_config.h"
 #include "server/session_registry.h"
 #include "slam/common/time.h"
+#include "slam/semantics/segmentation_queue.h"
 #include "storage/map_store.h"
 
 namespace semmap::server {
@@ -27,6 +29,8 @@ struct ServiceContext {
   std::function<TimestampNs()> wall_clock;
   SlamConfig slam;
   MapCache* maps = nullptr;
+  // Null: pictures have the classes that they bring.
+  std::shared_ptr<SegmentationQueue> segmentation = nullptr;
 };
 
 }  // namespace semmap::server

@@ -4,6 +4,7 @@
 
 #include "nlohmann/json.hpp"
 #include "semmap/v1/map.pb.h"
+#include "semmap/v1/map_service.pb.h"
 
 namespace semmap::client {
 

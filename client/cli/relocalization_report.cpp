@@ -1,6 +1,9 @@
 #include "client/cli/relocalization_report.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "absl/strings/str_format.h"
 #include "absl/strings/strip.h"
@@ -14,6 +17,13 @@ double Deviation(const v1::PoseCovariance& covariance) {
   if (covariance.upper_triangle_size() != 21) return 0;
   return std::sqrt(covariance.upper_triangle(0) + covariance.upper_triangle(6) +
                    covariance.upper_triangle(11));
+}
+
+void AddGeographic(const nlohmann::json& answer, std::vector<std::string>* row) {
+  const bool known = answer.contains("latitude_deg");
+  for (const char* angle : {"latitude_deg", "longitude_deg"})
+    row->push_back(known ? absl::StrFormat("%.8f", answer[angle].get<double>()) : "");
+  row->push_back(known ? absl::StrFormat("%.3f", answer["altitude_m"].get<double>()) : "");
 }
 
 }  // namespace
@@ -39,12 +49,23 @@ nlohmann::json RelocalizationJson(const std::string& image, const v1::Relocalize
     json["covariance"] = response.covariance().upper_triangle();
     json["keyframes"] = response.keyframe_ids();
   }
+  if (response.has_geo_position()) {
+    json["latitude_deg"] = response.geo_position().latitude_deg();
+    json["longitude_deg"] = response.geo_position().longitude_deg();
+    json["altitude_m"] = response.geo_position().altitude_m();
+  }
   if (response.has_class_agreement()) json["class_agreement"] = response.class_agreement();
   return json;
 }
 
 std::string RelocalizationTable(const nlohmann::json& answers) {
-  Table table({"image", "result", "x", "y", "z", "deviation", "inliers", "matches", "keyframe", "ms"});
+  const bool geographic = std::any_of(answers.begin(), answers.end(), [](const nlohmann::json& answer) {
+    return answer.contains("latitude_deg");
+  });
+  std::vector<std::string> heading = {"image",     "result",  "x",       "y",        "z",
+                                      "deviation", "inliers", "matches", "keyframe", "ms"};
+  if (geographic) heading.insert(heading.end(), {"latitude", "longitude", "altitude"});
+  Table table(std::move(heading));
   for (const nlohmann::json& answer : answers) {
     std::vector<std::string> row = {answer["image"], answer["result"]};
     const bool found = answer.contains("position");
@@ -56,6 +77,7 @@ std::string RelocalizationTable(const nlohmann::json& answers) {
     const bool known = found && !answer["keyframes"].empty();
     row.push_back(known ? absl::StrFormat("%d", answer["keyframes"][0].get<uint64_t>()) : "");
     row.push_back(absl::StrFormat("%.1f", answer["processing_ms"].get<double>()));
+    if (geographic) AddGeographic(answer, &row);
     table.AddRow(std::move(row));
   }
   return table.Format();

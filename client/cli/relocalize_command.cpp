@@ -27,6 +27,8 @@ struct RelocalizeArguments {
   std::vector<std::string> images;
   std::vector<std::string> right_images;
   std::vector<double> prior;    // x, y, z, radius
+  std::vector<double> near;     // latitude, longitude, altitude if known
+  double radius_m = 0;          // of `near`
   std::vector<double> heading;  // x, y, z, degrees
   bool json = false;
 };
@@ -40,6 +42,13 @@ void FillPrior(const RelocalizeArguments& arguments, v1::RelocalizeRequest* requ
   if (!arguments.prior.empty()) {
     fill(arguments.prior, request->mutable_prior()->mutable_position_in_map());
     request->mutable_prior()->set_radius_m(arguments.prior[3]);
+  }
+  if (!arguments.near.empty()) {
+    v1::GeoPosition* position = request->mutable_prior()->mutable_geo_position();
+    position->set_latitude_deg(arguments.near[0]);
+    position->set_longitude_deg(arguments.near[1]);
+    if (arguments.near.size() > 2) position->set_altitude_m(arguments.near[2]);
+    request->mutable_prior()->set_radius_m(arguments.radius_m);
   }
   if (!arguments.heading.empty()) {
     fill(arguments.heading, request->mutable_prior()->mutable_heading_in_map());
@@ -92,9 +101,21 @@ void AddRelocalizeCommand(CLI::App& parent, Action* action) {
   command->add_option("--camera", arguments->camera_file, "Camera file (YAML)")->required();
   command->add_option("--right", arguments->right_images,
                       "Right images of stereo pairs, in the order of the left ones");
-  command->add_option("--prior", arguments->prior, "X,Y,Z,RADIUS: the camera is no further from there")
-      ->delimiter(',')
-      ->expected(4);
+  CLI::Option* prior =
+      command->add_option("--prior", arguments->prior, "X,Y,Z,RADIUS: the camera is no further from there")
+          ->delimiter(',')
+          ->expected(4);
+  CLI::Option* near = command
+                          ->add_option("--near", arguments->near,
+                                       "LATITUDE,LONGITUDE[,ALTITUDE]: it is near there, with --radius; for "
+                                       "maps with an anchor")
+                          ->delimiter(',')
+                          ->expected(2, 3)
+                          ->excludes(prior);
+  CLI::Option* radius = command->add_option("--radius", arguments->radius_m, "Metres around --near")
+                            ->check(CLI::PositiveNumber)
+                            ->needs(near);
+  near->needs(radius);
   command->add_option("--heading", arguments->heading, "X,Y,Z,DEGREES: it looks so far from there at most")
       ->delimiter(',')
       ->expected(4);

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "client/town/road_network.h"
 
 namespace semmap::town {
@@ -20,6 +21,7 @@ const std::vector<RoutePlan>& Plans() {
   static const std::vector<RoutePlan> plans = {
       {"1", {{0, 1}, {0, 2}, {1, 2}, {2, 2}, {2, 1}, {2, 0}, {1, 0}, {0, 0}}, 8, 610.0},
       {"2", {{1, 0}, {1, 1}, {2, 1}, {2, 2}}, 6, 242.0},
+      {"2-back", {{2, 2}, {2, 1}, {1, 1}, {1, 0}}, 6, 242.0},
       {"3", {{0, 2}, {1, 2}, {1, 1}, {1, 0}, {0, 0}, {0, 1}}, 10, 456.0},
       {"loop", {{0, 1}, {0, 0}, {1, 0}, {2, 0}, {2, 1}, {1, 1}, {0, 1}, {0, 0}, {1, 0}}, 12, 0},
       {"opposite", {{1, 0}, {0, 0}, {0, 1}, {1, 1}, {2, 1}, {2, 0}, {1, 0}, {0, 0}, {0, 1}}, 12, 0},
@@ -62,7 +64,7 @@ double RoundLength(const RoadNetwork& network, const Route& route) {
 }  // namespace
 
 const std::vector<std::string>& RouteNames() {
-  static const std::vector<std::string> names = {"1", "2", "3", "loop", "opposite"};
+  static const std::vector<std::string> names = {"1", "2", "2-back", "3", "loop", "opposite"};
   return names;
 }
 
@@ -80,7 +82,8 @@ absl::StatusOr<Route> MakeRoute(const RoadNetwork& network, const std::string& n
     route.path = route.path.Slice(plan.start, plan.start + length);
     return route;
   }
-  return absl::NotFoundError(absl::StrCat("no route '", name, "'; there are 1, 2, 3, loop and opposite"));
+  return absl::NotFoundError(
+      absl::StrCat("no route '", name, "'; there are ", absl::StrJoin(RouteNames(), ", ")));
 }
 
 }  // namespace semmap::town

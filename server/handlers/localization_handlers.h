@@ -20,7 +20,8 @@ struct RelocalizeTask {
 absl::StatusOr<RelocalizeTask> PrepareRelocalize(const ServiceContext& context,
                                                  const v1::RelocalizeRequest& request);
 
-// Decodes the images and looks for them in the map. Takes the time of a frame and of some ten places.
+// Decodes the images and looks for them in the map. Takes the time of a frame and of some ten places. Where
+// sessions segment their frames, an image that brings no class mask is segmented, too.
 absl::StatusOr<v1::RelocalizeResponse> Relocalize(const ServiceContext& context,
                                                   const v1::RelocalizeRequest& request,
                                                   const RelocalizeTask& task, const MapSnapshot& map);

@@ -55,7 +55,7 @@ void SetLimits(const ServerConfig& config, grpc::ServerBuilder* builder) {
 class GrpcServer : public Server {
  public:
   GrpcServer(const Config& config, std::unique_ptr<storage::MapStore> store, SlamSessionFactory factory,
-             std::shared_ptr<const Vocabulary> vocabulary)
+             std::shared_ptr<const Vocabulary> vocabulary, std::shared_ptr<SegmentationQueue> segmentation)
       : config_(config),
         store_(std::move(store)),
         writer_(std::make_unique<MapWriter>(static_cast<size_t>(config.server.writer_queue))),
@@ -71,7 +71,7 @@ class GrpcServer : public Server {
                    absl::Seconds(config.server.artifact_lifetime_s), WallClock),
         sessions_(std::make_unique<SessionRegistry>(Environment(), config.slam, std::move(factory), &timer_)),
         operations_(std::make_unique<Operations>(workers_.get(), WallClock)),
-        context_(Context()),
+        context_(Context(std::move(segmentation))),
         runner_(context_, queries_.get()) {}
 
   // Each pool finishes its tasks before those go that they use: queries and trackers first, the writer after
@@ -98,9 +98,10 @@ class GrpcServer : public Server {
     return {config_.server, store_.get(), trackers_.get(), mappers_.get(),
             writer_.get(),  &watchers_,   WallClock,       maps_.get()};
   }
-  ServiceContext Context() {
-    return {config_.server, store_.get(), sessions_.get(), &requests_,   &timer_,    operations_.get(),
-            &artifacts_,    &watchers_,   WallClock,       config_.slam, maps_.get()};
+  ServiceContext Context(std::shared_ptr<SegmentationQueue> segmentation) {
+    return {config_.server, store_.get(),      sessions_.get(), &requests_,
+            &timer_,        operations_.get(), &artifacts_,     &watchers_,
+            WallClock,      config_.slam,      maps_.get(),     std::move(segmentation)};
   }
   static TimestampNs WallClock() { return absl::GetCurrentTimeNanos(); }
   std::string Host() const { return config_.server.listen.substr(0, config_.server.listen.rfind(':')); }
@@ -165,10 +166,11 @@ void GrpcServer::Drain() {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(const Config& config, SlamSessionFactory factory,
-                                                      std::shared_ptr<const Vocabulary> vocabulary) {
+                                                      std::shared_ptr<const Vocabulary> vocabulary,
+                                                      std::shared_ptr<SegmentationQueue> segmentation) {
   SEMMAP_ASSIGN_OR_RETURN(auto store, storage::OpenMapStore(config.storage));
-  auto server =
-      std::make_unique<GrpcServer>(config, std::move(store), std::move(factory), std::move(vocabulary));
+  auto server = std::make_unique<GrpcServer>(config, std::move(store), std::move(factory),
+                                             std::move(vocabulary), std::move(segmentation));
   SEMMAP_RETURN_IF_ERROR(server->Listen());
   return server;
 }

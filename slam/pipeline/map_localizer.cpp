@@ -39,7 +39,7 @@ PlacePrior Widened(const Map& map, PlacePrior prior) {
   if (prior.position) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const auto& [id, keyframe] : map.keyframes())
-      nearest = std::min(nearest, (keyframe.Center() - prior.position->in_map).norm());
+      nearest = std::min(nearest, prior.position->DistanceTo(keyframe.Center()));
     prior.position->radius += std::max(prior.position->radius, 2 * nearest);
   }
   if (prior.heading)
@@ -182,8 +182,13 @@ double RelativeUncertainty(const Hypothesis& hypothesis) {
 
 }  // namespace
 
+double PlacePrior::Position::DistanceTo(const Eigen::Vector3d& point_in_map) const {
+  const Eigen::Vector3d apart = point_in_map - in_map;
+  return (apart - up_in_map.dot(apart) * up_in_map).norm();
+}
+
 bool PlacePrior::Admits(const SE3& map_from_camera) const {
-  if (position && (map_from_camera.translation() - position->in_map).norm() > position->radius) return false;
+  if (position && position->DistanceTo(map_from_camera.translation()) > position->radius) return false;
   return !heading || AngleBetween(ViewingDirection(map_from_camera), heading->in_map) <= heading->tolerance;
 }
 

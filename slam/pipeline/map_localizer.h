@@ -19,6 +19,11 @@ struct PlacePrior {
   struct Position {
     Eigen::Vector3d in_map = Eigen::Vector3d::Zero();
     double radius = 0;  // units of the map; the camera is no further away
+    // Unit length: nothing is known of the height along it, distances are measured across it. Zero: all is
+    // known.
+    Eigen::Vector3d up_in_map = Eigen::Vector3d::Zero();
+
+    double DistanceTo(const Eigen::Vector3d& point_in_map) const;
   };
   struct Heading {
     Eigen::Vector3d in_map = Eigen::Vector3d::UnitZ();  // unit length

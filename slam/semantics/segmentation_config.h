@@ -20,9 +20,11 @@ struct SegmentationConfig {
   // waiting: a CPU that segments every frame falls behind a camera.
   SegmentationMode live_mode = SegmentationMode::kKeyFrames;
   std::string model;  // path of a SegmentationModel; empty: DefaultSegmentationModelPath()
-  int threads = 0;    // of the network; 0: as many as the machine has cores
+  // Of the network; 0: as many as the machine has cores. On the CPU that was measured neither a second thread
+  // nor a batch paid (docs/results.md).
+  int threads = 1;
   // Of the queue that all sessions share.
-  int max_batch = 4;
+  int max_batch = 1;
   int max_waiting = 128;
   // How long a frame waits for its classes after its features are there, and a keyframe in the mapper; 0: as
   // long as it takes. A frame that waited in vain goes without classes.

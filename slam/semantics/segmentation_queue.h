@@ -46,7 +46,7 @@ class PendingSegmentation {
 class SegmentationQueue {
  public:
   struct Limits {
-    int max_batch = 4;
+    int max_batch = 1;
     int max_waiting = 128;  // images; more are refused
   };
 

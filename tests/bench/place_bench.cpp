@@ -6,6 +6,7 @@
 
 #include "CLI/CLI.hpp"
 #include "slam/common/status_macros.h"
+#include "tests/bench/bench_main.h"
 #include "tests/bench/place_bench_recall.h"
 #include "tests/bench/place_bench_report.h"
 #include "tests/bench/place_bench_scaling.h"
@@ -62,15 +63,7 @@ int Main(int argc, char** argv) {
   CLI::App app("Benchmark of place recognition");
   Arguments arguments;
   AddOptions(&app, &arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  const absl::Status status = Run(arguments);
-  if (status.ok()) return 0;
-  std::cerr << "place_bench: " << status << "\n";
-  return 1;
+  return RunMain(app, "place_bench", argc, argv, [&] { return Run(arguments); });
 }
 
 }  // namespace

@@ -20,6 +20,7 @@
 #include "slam/evaluation/statistics.h"
 #include "slam/semantics/segmentation_model.h"
 #include "slam/semantics/torch/torch_segmenter.h"
+#include "tests/bench/bench_main.h"
 
 namespace semmap::bench {
 namespace {
@@ -199,14 +200,11 @@ int Main(int argc, char** argv) {
   app.add_option("--threads", options.threads, "Numbers of threads to measure; default 1 2")
       ->check(CLI::Range(1, 256));
   app.add_flag("--json", options.json, "Print JSON instead of a table");
-  CLI11_PARSE(app, argc, argv);
-  const auto report = Measure(options);
-  if (!report.ok()) {
-    std::cerr << "segmentation_bench: " << report.status() << "\n";
-    return 1;
-  }
-  std::cout << (options.json ? report->dump(2) + "\n" : Table(*report));
-  return 0;
+  return RunMain(app, "segmentation_bench", argc, argv, [&]() -> absl::Status {
+    SEMMAP_ASSIGN_OR_RETURN(const nlohmann::json report, Measure(options));
+    std::cout << (options.json ? report.dump(2) + "\n" : Table(report));
+    return absl::OkStatus();
+  });
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "slam/common/status_macros.h"
 #include "slam/evaluation/trajectory_io.h"
 #include "slam/semantics/torch/torch_segmenter.h"
+#include "tests/bench/bench_main.h"
 #include "tests/bench/slam_bench_config.h"
 #include "tests/bench/slam_bench_report.h"
 
@@ -85,15 +86,7 @@ int Main(int argc, char** argv) {
   CLI::App app("Benchmark of the SLAM pipeline over one recording");
   Arguments arguments;
   AddOptions(&app, &arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  const absl::Status status = RunAll(arguments);
-  if (status.ok()) return 0;
-  std::cerr << "slam_bench: " << status << "\n";
-  return 1;
+  return RunMain(app, "slam_bench", argc, argv, [&] { return RunAll(arguments); });
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // Frames that come over the wire are segmented by a (tiny) network of the server's: its classes are in the
 // store.
+#include <functional>
 #include <map>
 #include <vector>
 
@@ -7,6 +8,7 @@
 
 #include "client/image.h"
 #include "service_fixture.h"
+#include "slam/place/vocabulary.h"
 #include "slam/semantics/torch/torch_segmenter.h"
 #include "tests/support/textured_room.h"
 #include "tests/support/tiny_network/tiny_network.h"
@@ -45,11 +47,16 @@ class ServerSegmentationTest : public ServiceTest {
     auto queue = LoadSegmentation(config_.slam.segmentation);
     ASSERT_TRUE(queue.ok()) << queue.status();
     queue_ = *queue;
+    const auto vocabulary = LoadVocabulary(config_.slam.place);
+    ASSERT_TRUE(vocabulary.ok()) << vocabulary.status();
     auto server = server::Server::Start(
-        config_, [queue = *queue](const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink,
-                                  Executor* executor, SessionStart start) {
-          return Session::Create(config, rig, sink, executor, nullptr, queue, std::move(start));
-        });
+        config_,
+        [queue = *queue, vocabulary = *vocabulary](const SlamConfig& config, const CameraRig& rig,
+                                                   MapDeltaSink* sink, Executor* executor,
+                                                   SessionStart start) {
+          return Session::Create(config, rig, sink, executor, vocabulary, queue, std::move(start));
+        },
+        *vocabulary, *queue);
     ASSERT_TRUE(server.ok()) << server.status();
     server_ = std::move(server).value();
   }
@@ -68,23 +75,33 @@ class ServerSegmentationTest : public ServiceTest {
     return options;
   }
 
+  static v1::Frame RoomFrame(int index) {
+    cv::Mat depth;
+    const SE3 pose = testing::GentleDrive(kFrames, 0.15)[static_cast<size_t>(index)];
+    const cv::Mat grey = testing::TexturedRoom(3).Render(testing::SmallCamera(), pose, &depth);
+    v1::Frame frame;
+    frame.set_sequence(static_cast<uint64_t>(index + 1));
+    frame.set_timestamp_ns(100'000'000LL * index + 1);
+    *frame.mutable_image() = client::PngImage(Light(grey)).value();
+    *frame.mutable_depth() = client::RawImage(depth).value();
+    return frame;
+  }
+
   // Sends the room; `change` may add to each frame.
-  v1::Session DriveThroughRoom(const std::function<void(v1::Frame*)>& change = [](v1::Frame*) {}) {
-    auto drive = client::Drive::Start(Connect(), RoomDrive(), {});
+  v1::Session DriveThroughRoom(
+      const std::function<void(v1::Frame*)>& change = [](v1::Frame*) {},
+      v1::OverloadPolicy policy = v1::OVERLOAD_POLICY_BLOCK) {
+    client::DriveOptions options = RoomDrive();
+    options.overload_policy = policy;
+    auto drive = client::Drive::Start(Connect(), options, {});
     EXPECT_TRUE(drive.ok()) << drive.status();
     if (!drive.ok()) return {};
-    const testing::TexturedRoom room(3);
-    const std::vector<SE3> poses = testing::GentleDrive(kFrames, 0.15);
     for (int i = 0; i < kFrames; ++i) {
-      cv::Mat depth;
-      const cv::Mat grey = room.Render(testing::SmallCamera(), poses[static_cast<size_t>(i)], &depth);
-      v1::Frame frame;
-      frame.set_sequence(static_cast<uint64_t>(i + 1));
-      frame.set_timestamp_ns(100'000'000LL * i + 1);
-      *frame.mutable_image() = client::PngImage(Light(grey)).value();
-      *frame.mutable_depth() = client::RawImage(depth).value();
+      v1::Frame frame = RoomFrame(i);
       change(&frame);
       EXPECT_TRUE((*drive)->Send(std::move(frame)).ok());
+      // So that none is dropped.
+      EXPECT_TRUE((*drive)->WaitForAnswers(std::chrono::seconds(20)).ok());
     }
     const auto summary = (*drive)->Finish();
     EXPECT_TRUE(summary.ok()) << summary.status();
@@ -130,6 +147,55 @@ TEST_F(ServerSegmentationTest, KeyFramesAlone) {
   ASSERT_EQ(classes.size(), 2U);
   EXPECT_GT(classes.at(kRoad), 50);
   EXPECT_GT(classes.at(kVegetation), 50);
+}
+
+// A vehicle that would rather lose frames has a mode of its own, and one that waits does not.
+TEST_F(ServerSegmentationTest, LiveModeIsForVehiclesThatDoNotWait) {
+  constexpr auto kKeep = [](v1::Frame*) {};
+  config_.slam.segmentation.live_mode = SegmentationMode::kKeyFrames;
+  config_.slam.segmentation.max_wait_ms = 20'000;
+  StartWithModel();
+  const v1::Session live = DriveThroughRoom(kKeep, v1::OVERLOAD_POLICY_LATEST_WINS);
+  EXPECT_EQ(live.statistics().frames_processed(), static_cast<uint64_t>(kFrames));
+  EXPECT_GT(queue_->counts().submitted, 0U);
+  EXPECT_LT(queue_->counts().submitted, static_cast<uint64_t>(kFrames));
+  EXPECT_EQ(StoredClasses().size(), 2U);
+  ASSERT_TRUE(client::Client(Connect()).DeleteMap("room").ok());
+
+  config_.slam.segmentation.live_mode = SegmentationMode::kOff;
+  server_.reset();
+  StartWithModel();
+  DriveThroughRoom(kKeep, v1::OVERLOAD_POLICY_LATEST_WINS);
+  EXPECT_EQ(queue_->counts().submitted, 0U);
+  ASSERT_TRUE(client::Client(Connect()).DeleteMap("room").ok());
+  DriveThroughRoom(kKeep, v1::OVERLOAD_POLICY_BLOCK);
+  EXPECT_EQ(queue_->counts().submitted, static_cast<uint64_t>(kFrames));
+}
+
+TEST_F(ServerSegmentationTest, APictureThatIsLookedForIsSegmented) {
+  StartWithModel();
+  DriveThroughRoom();
+  v1::RelocalizeRequest request;
+  request.set_map("room");
+  *request.mutable_rig() = RoomDrive().rig;
+  *request.mutable_frame() = RoomFrame(kFrames / 2);
+  client::Client client(Connect());
+  const uint64_t before = queue_->counts().submitted;
+  auto response = client.Relocalize(request);
+  ASSERT_TRUE(response.ok()) << response.status();
+  ASSERT_EQ(response->result(), v1::RELOCALIZE_RESULT_FOUND);
+  EXPECT_EQ(queue_->counts().submitted, before + 1);
+  EXPECT_GT(response->class_agreement(), 0.9);
+
+  // A mask takes the model's place.
+  cv::Mat mask(testing::SmallCamera().height, testing::SmallCamera().width, CV_8UC1, cv::Scalar(kRoad));
+  mask.colRange(mask.cols / 2, mask.cols) = kVegetation;
+  *request.mutable_frame()->mutable_class_mask() = client::RawImage(mask).value();
+  response = client.Relocalize(request);
+  ASSERT_TRUE(response.ok()) << response.status();
+  EXPECT_EQ(response->result(), v1::RELOCALIZE_RESULT_FOUND);
+  EXPECT_EQ(queue_->counts().submitted, before + 1);
+  EXPECT_GT(response->class_agreement(), 0.9);
 }
 
 TEST_F(ServerSegmentationTest, AMaskOfTheVehiclesReplacesTheModel) {

@@ -1,6 +1,8 @@
 // Relocalize, and sessions that localize in stored maps and extend them, through the whole service with real
 // SLAM.
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <thread>
 
 #include "client/image.h"
@@ -112,12 +114,26 @@ class StoredMapTest : public ServiceTest {
     return static_cast<int>(session_.statistics().frames_tracked());
   }
 
-  absl::StatusOr<v1::RelocalizeResponse> Relocalize(int picture, bool stereo) {
+  static v1::RelocalizeRequest RequestFor(int picture, bool stereo) {
     v1::RelocalizeRequest request;
     request.set_map("room");
     *request.mutable_rig() = RoomRig(stereo ? v1::SENSOR_TYPE_STEREO : v1::SENSOR_TYPE_MONO);
     *request.mutable_frame() = FrameOf(picture, 0, stereo);
-    return client::Client(Connect()).Relocalize(request);
+    return request;
+  }
+  absl::StatusOr<v1::RelocalizeResponse> Relocalize(int picture, bool stereo) {
+    return client::Client(Connect()).Relocalize(RequestFor(picture, stereo));
+  }
+
+  // The greatest of any number of two poses.
+  static double Difference(const v1::Pose& a, const v1::Pose& b) {
+    const v1::Vector3& p = a.translation();
+    const v1::Vector3& q = b.translation();
+    const v1::Quaternion& r = a.rotation();
+    const v1::Quaternion& s = b.rotation();
+    return std::max({std::abs(p.x() - q.x()), std::abs(p.y() - q.y()), std::abs(p.z() - q.z()),
+                     std::abs(r.x() - s.x()), std::abs(r.y() - s.y()), std::abs(r.z() - s.z()),
+                     std::abs(r.w() - s.w())});
   }
 
   // How far a pose is from where the picture was taken.
@@ -150,14 +166,61 @@ TEST_F(StoredMapTest, APictureIsFoundWithOneEyeAndWithTwo) {
   }
 }
 
-TEST_F(StoredMapTest, AnswersAreTheSameAfterARestart) {
-  const auto before = Relocalize(7, true);
-  ASSERT_TRUE(before.ok()) << before.status();
+TEST_F(StoredMapTest, AHundredAnswersAreTheSameAfterARestart) {
+  constexpr int kPictures = 25;
+  const auto ask_all = [this] {
+    std::vector<v1::RelocalizeResponse> answers;
+    for (int i = 0; i < 4 * kPictures; ++i) {
+      v1::RelocalizeRequest request = RequestFor(i / 4, i % 2 == 0);
+      if (i % 4 > 1) {
+        request.mutable_prior()->mutable_heading_in_map()->set_z(1);
+        request.mutable_prior()->set_heading_tolerance_rad(1);
+      }
+      auto response = client::Client(Connect()).Relocalize(request);
+      EXPECT_TRUE(response.ok()) << response.status();
+      answers.push_back(response.value_or(v1::RelocalizeResponse()));
+    }
+    return answers;
+  };
+  const std::vector<v1::RelocalizeResponse> before = ask_all();
   StartRealServer();
-  const auto after = Relocalize(7, true);
-  ASSERT_TRUE(after.ok()) << after.status();
-  EXPECT_EQ(before->map_from_camera().SerializeAsString(), after->map_from_camera().SerializeAsString());
-  EXPECT_EQ(before->inliers(), after->inliers());
+  const std::vector<v1::RelocalizeResponse> after = ask_all();
+  int found = 0;
+  for (size_t i = 0; i < before.size(); ++i) {
+    EXPECT_EQ(before[i].result(), after[i].result()) << i;
+    EXPECT_EQ(before[i].inliers(), after[i].inliers()) << i;
+    EXPECT_LT(Difference(before[i].map_from_camera(), after[i].map_from_camera()), 1e-9) << i;
+    found += before[i].result() == v1::RELOCALIZE_RESULT_FOUND ? 1 : 0;
+  }
+  EXPECT_GE(found, 4 * kMapFrames) << "beyond the map's end some are not";
+}
+
+TEST_F(StoredMapTest, AnAnchoredMapIsAskedAndAnswersOnEarth) {
+  v1::Map anchored = TheMap();
+  v1::GeoAnchor* anchor = anchored.mutable_anchor();
+  anchor->mutable_origin()->set_latitude_deg(48);
+  anchor->mutable_origin()->set_longitude_deg(11);
+  anchor->mutable_origin()->set_altitude_m(500);
+  // Half a turn about the map's x: its z, along which vehicles drive, is down, y south.
+  anchor->mutable_enu_from_map()->mutable_pose()->mutable_rotation()->set_x(1);
+  ASSERT_TRUE(client::Client(Connect()).UpdateMap(anchored, {"anchor"}).ok());
+  v1::RelocalizeRequest request = RequestFor(15, true);
+  auto response = client::Client(Connect()).Relocalize(request);
+  ASSERT_TRUE(response.ok()) << response.status();
+  ASSERT_TRUE(response->has_geo_position());
+  const v1::GeoPosition found = response->geo_position();
+  EXPECT_NEAR(found.altitude_m(), 500 - response->map_from_camera().translation().z(), 1e-3);
+  EXPECT_NEAR(found.latitude_deg(), 48, 1e-4);
+
+  *request.mutable_prior()->mutable_geo_position() = found;
+  request.mutable_prior()->set_radius_m(0.5);
+  response = client::Client(Connect()).Relocalize(request);
+  ASSERT_TRUE(response.ok()) << response.status();
+  EXPECT_EQ(response->result(), v1::RELOCALIZE_RESULT_FOUND);
+  request.mutable_prior()->mutable_geo_position()->set_altitude_m(found.altitude_m() + 1);
+  EXPECT_EQ(client::Client(Connect()).Relocalize(request)->result(), v1::RELOCALIZE_RESULT_NO_CANDIDATES);
+  request.mutable_prior()->mutable_geo_position()->clear_altitude_m();
+  EXPECT_EQ(client::Client(Connect()).Relocalize(request)->result(), v1::RELOCALIZE_RESULT_FOUND);
 }
 
 TEST_F(StoredMapTest, APictureOfNothingIsAnAnswer) {

@@ -9,6 +9,7 @@ namespace semmap::client {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 v1::RelocalizeResponse Found() {
   v1::RelocalizeResponse response;
@@ -39,6 +40,21 @@ TEST(RelocalizationReport, JsonHasAllThatWasAnswered) {
   EXPECT_EQ(json["keyframes"], (std::vector<uint64_t>{17, 4}));
   EXPECT_EQ(json["map_version"], 9);
   EXPECT_FALSE(json.contains("class_agreement"));
+}
+
+TEST(RelocalizationReport, APlaceOnEarthHasItsColumns) {
+  v1::RelocalizeResponse response = Found();
+  response.mutable_geo_position()->set_latitude_deg(48.137);
+  response.mutable_geo_position()->set_longitude_deg(11.575);
+  response.mutable_geo_position()->set_altitude_m(519.5);
+  const nlohmann::json json = RelocalizationJson("a.png", response);
+  EXPECT_EQ(json["latitude_deg"], 48.137);
+  EXPECT_EQ(json["longitude_deg"], 11.575);
+  EXPECT_EQ(json["altitude_m"], 519.5);
+  const std::string table = RelocalizationTable({json, RelocalizationJson("b.png", Found())});
+  EXPECT_THAT(table, HasSubstr("48.13700000"));
+  EXPECT_THAT(table, HasSubstr("519.500"));
+  EXPECT_THAT(RelocalizationTable({RelocalizationJson("b.png", Found())}), Not(HasSubstr("latitude")));
 }
 
 TEST(RelocalizationReport, WhatWasNotFoundHasAReasonAndNoPose) {

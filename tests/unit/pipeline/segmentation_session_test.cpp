@@ -1,19 +1,20 @@
 // A session whose frames are segmented beside tracking, by a stand-in for the network.
 #include <gtest/gtest.h>
 
-#include <map>
 #include <vector>
 
 #include "slam/pipeline/session.h"
+#include "tests/support/contents_collector.h"
 #include "tests/support/fake_segmenter.h"
+#include "tests/support/room_drive.h"
 #include "tests/support/textured_room.h"
 
 namespace semmap {
 namespace {
 
-using ::semmap::testing::GentleDrive;
+using ::semmap::testing::ContentsCollector;
+using ::semmap::testing::DriveThroughRoom;
 using ::semmap::testing::SmallRig;
-using ::semmap::testing::TexturedRoom;
 
 constexpr size_t kFrames = 16;
 constexpr uint8_t kBuilding = 1;
@@ -21,18 +22,9 @@ constexpr uint8_t kWall = 11;
 
 // All that the stand-in sees in them is a building.
 std::vector<FrameInput> MakeDrive() {
-  const CameraRig rig = SmallRig(SensorType::kRgbd);
-  const std::vector<SE3> poses = GentleDrive(static_cast<int>(kFrames), 0.15);
-  const TexturedRoom room(3);
-  std::vector<FrameInput> frames;
-  for (size_t i = 0; i < kFrames; ++i) {
-    FrameInput frame;
-    frame.sequence = i + 1;
-    frame.timestamp = FromSeconds(0.1 * static_cast<double>(i));
-    frame.image = room.Render(rig.camera, poses[i], &frame.depth);
+  std::vector<FrameInput> frames = DriveThroughRoom(SensorType::kRgbd, static_cast<int>(kFrames), 0.15);
+  for (FrameInput& frame : frames)
     frame.colour = cv::Mat(frame.image.size(), CV_8UC3, cv::Scalar(kBuilding, 0, 0));
-    frames.push_back(std::move(frame));
-  }
   return frames;
 }
 
@@ -40,20 +32,6 @@ const std::vector<FrameInput>& Drive() {
   static const std::vector<FrameInput> frames = MakeDrive();
   return frames;
 }
-
-// Keeps keyframes and points as they are at the end.
-class Collector : public MapDeltaSink {
- public:
-  void OnDelta(MapDelta delta) override {
-    for (const KeyFrameRecord& keyframe : delta.added_keyframes)
-      keyframes[keyframe.sequence] = keyframe.features;
-    for (const MapPointRecord& point : delta.upserted_points) points[point.id] = point;
-    for (const MapPointId id : delta.removed_points) points.erase(id);
-  }
-
-  std::map<uint64_t, std::shared_ptr<const FrameFeatures>> keyframes;
-  std::map<MapPointId, MapPointRecord> points;
-};
 
 class SegmentationSessionTest : public ::testing::Test {
  protected:
@@ -97,7 +75,7 @@ class SegmentationSessionTest : public ::testing::Test {
   std::shared_ptr<SegmentationQueue> queue_ =
       std::make_shared<SegmentationQueue>(segmenter_, SegmentationQueue::Limits());
   std::unique_ptr<Executor> executor_ = MakeThreadPool(1);
-  Collector collector_;
+  ContentsCollector collector_;
   std::unique_ptr<Session> session_;
 };
 

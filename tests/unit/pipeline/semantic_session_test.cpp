@@ -1,4 +1,9 @@
 // A whole session in a room through which something big moves, with class masks that say so.
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
@@ -6,14 +11,17 @@
 #include "slam/evaluation/ate.h"
 #include "slam/evaluation/trajectory_collector.h"
 #include "slam/pipeline/session.h"
+#include "tests/support/contents_collector.h"
+#include "tests/support/room_drive.h"
 #include "tests/support/textured_room.h"
 
 namespace semmap {
 namespace {
 
+using ::semmap::testing::ContentsCollector;
+using ::semmap::testing::DriveThroughRoom;
 using ::semmap::testing::GentleDrive;
 using ::semmap::testing::SmallRig;
-using ::semmap::testing::TexturedRoom;
 
 constexpr int kFrames = 24;
 constexpr double kStep = 0.12;
@@ -33,21 +41,14 @@ cv::Mat Tailgate(const cv::Size& size) {
 }
 
 std::vector<FrameInput> MakeDrive() {
-  const CameraRig rig = SmallRig(SensorType::kRgbd);
-  const std::vector<SE3> poses = GentleDrive(kFrames, kStep);
-  const TexturedRoom room(3);
-  std::vector<FrameInput> frames;
+  std::vector<FrameInput> frames = DriveThroughRoom(SensorType::kRgbd, kFrames, kStep);
   for (int i = 0; i < kFrames; ++i) {
-    FrameInput frame;
-    frame.sequence = static_cast<uint64_t>(i + 1);
-    frame.timestamp = FromSeconds(0.1 * i);
-    frame.image = room.Render(rig.camera, poses[i], &frame.depth);
+    FrameInput& frame = frames[static_cast<size_t>(i)];
     frame.class_mask = cv::Mat(frame.image.size(), CV_8UC1, cv::Scalar(kBuilding));
     const cv::Rect tailgate = TailgateAt(i);
     Tailgate(tailgate.size()).copyTo(frame.image(tailgate));
     frame.depth(tailgate) = 3.0F;
     frame.class_mask(tailgate) = kVehicles;
-    frames.push_back(std::move(frame));
   }
   return frames;
 }
@@ -57,21 +58,13 @@ const std::vector<FrameInput>& Drive() {
   return frames;
 }
 
-// Keeps the points as they are at the end.
-class Collector : public MapDeltaSink {
+class Collector : public ContentsCollector {
  public:
   void OnDelta(MapDelta delta) override {
-    for (const MapPointRecord& point : delta.upserted_points) points[point.id] = point;
-    for (const MapPointId id : delta.removed_points) points.erase(id);
+    ContentsCollector::OnDelta(delta);
     trajectory.OnDelta(std::move(delta));
   }
-  int Count(uint8_t semantic_class) const {
-    int count = 0;
-    for (const auto& [id, point] : points) count += point.semantic_class == semantic_class ? 1 : 0;
-    return count;
-  }
 
-  std::map<MapPointId, MapPointRecord> points;
   TrajectoryCollector trajectory;
 };
 

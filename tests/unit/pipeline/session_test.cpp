@@ -4,41 +4,24 @@
 
 #include "slam/evaluation/ate.h"
 #include "slam/evaluation/trajectory_collector.h"
+#include "tests/support/room_drive.h"
 #include "tests/support/textured_room.h"
 
 namespace semmap {
 namespace {
 
+using ::semmap::testing::DriveThroughRoom;
 using ::semmap::testing::GentleDrive;
 using ::semmap::testing::SmallRig;
-using ::semmap::testing::TexturedRoom;
 
 constexpr int kFrames = 24;
 constexpr double kStep = 0.12;
-
-FrameInput MakeFrame(const CameraRig& rig, const SE3& map_from_camera, int index) {
-  const TexturedRoom room(3);
-  FrameInput frame;
-  frame.sequence = static_cast<uint64_t>(index + 1);
-  frame.timestamp = FromSeconds(0.1 * index);
-  cv::Mat depth;
-  frame.image = room.Render(rig.camera, map_from_camera, &depth);
-  if (rig.sensor == SensorType::kRgbd) frame.depth = depth;
-  if (rig.sensor == SensorType::kStereo) {
-    const SE3 left_from_right(Eigen::Quaterniond::Identity(), {rig.baseline_m, 0, 0});
-    frame.right = room.Render(rig.camera, map_from_camera * left_from_right);
-  }
-  return frame;
-}
 
 // Frames are drawn once for all tests of a sensor.
 const std::vector<FrameInput>& Drive(SensorType sensor) {
   static std::map<SensorType, std::vector<FrameInput>> drives;
   std::vector<FrameInput>& frames = drives[sensor];
-  if (frames.empty()) {
-    const std::vector<SE3> poses = GentleDrive(kFrames, kStep);
-    for (int i = 0; i < kFrames; ++i) frames.push_back(MakeFrame(SmallRig(sensor), poses[i], i));
-  }
+  if (frames.empty()) frames = DriveThroughRoom(sensor, kFrames, kStep);
   return frames;
 }
 

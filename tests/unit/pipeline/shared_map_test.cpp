@@ -49,7 +49,7 @@ class SharedMapTest : public StoredMapTest {
     const std::vector<SE3> poses = GentleDrive(kFarFrames, kStep);
     for (size_t i = begin; i < end; ++i) {
       session->WaitForMapper(0);
-      const auto result = session->Track(FrameAt(SmallRig(SensorType::kStereo), Beside(poses[i]), index++));
+      const auto result = session->Track(SeeRoom(SmallRig(SensorType::kStereo), Beside(poses[i]), index++));
       EXPECT_TRUE(result.ok()) << result.status();
     }
     return static_cast<int>(session->Stats().tracked_frames);

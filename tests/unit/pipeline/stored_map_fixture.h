@@ -9,6 +9,7 @@
 #include "slam/pipeline/session.h"
 #include "slam/pipeline/shared_map.h"
 #include "tests/support/map_collector.h"
+#include "tests/support/room_drive.h"
 #include "tests/support/textured_room.h"
 #include "tests/unit/place/place_test_util.h"
 
@@ -29,19 +30,6 @@ inline SlamConfig SmallConfig() {
 // Another lane: what the second vehicle drives.
 inline SE3 Beside(const SE3& map_from_camera) {
   return map_from_camera * SE3(ExpSO3({0, 0.03, 0}), {0.07, -0.02, 0.03});
-}
-
-inline FrameInput FrameAt(const CameraRig& rig, const SE3& map_from_camera, int index) {
-  const TexturedRoom room(3);
-  FrameInput frame;
-  frame.sequence = static_cast<uint64_t>(index + 1);
-  frame.timestamp = FromSeconds(0.1 * index);
-  frame.image = room.Render(rig.camera, map_from_camera);
-  if (rig.sensor == SensorType::kStereo) {
-    const SE3 left_from_right(Eigen::Quaterniond::Identity(), {rig.baseline_m, 0, 0});
-    frame.right = room.Render(rig.camera, map_from_camera * left_from_right);
-  }
-  return frame;
 }
 
 inline FrameInput BlackFrame(const CameraRig& rig, int index) {
@@ -67,7 +55,7 @@ class StoredMapTest : public ::testing::Test {
     ASSERT_TRUE(session.ok()) << session.status();
     const std::vector<SE3> poses = GentleDrive(kMapFrames, kStep);
     for (int i = 0; i < kMapFrames; ++i) {
-      ASSERT_TRUE((*session)->Track(FrameAt(SmallRig(SensorType::kStereo), poses[i], i)).ok());
+      ASSERT_TRUE((*session)->Track(SeeRoom(SmallRig(SensorType::kStereo), poses[i], i)).ok());
     }
     (*session)->Finish();
   }

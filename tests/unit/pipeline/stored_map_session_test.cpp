@@ -14,7 +14,7 @@ TEST_P(LocalizeTest, TracksAnotherLaneFromTheFirstFrameOn) {
   const auto session = Localizer(GetParam(), &told);
   const std::vector<SE3> poses = GentleDrive(kMapFrames, kStep);
   for (int i = 0; i < kMapFrames; ++i) {
-    const auto result = session->Track(FrameAt(rig, Beside(poses[i]), i));
+    const auto result = session->Track(SeeRoom(rig, Beside(poses[i]), i));
     ASSERT_TRUE(result.ok()) << result.status();
     ExpectAt(*result, Beside(poses[i]), kBound);
     EXPECT_EQ(result->map_version, 5U);
@@ -30,7 +30,7 @@ TEST_P(LocalizeTest, DeliversItsFramesAndNothingElse) {
   const CameraRig rig = SmallRig(GetParam());
   const auto session = Localizer(GetParam(), &told);
   const std::vector<SE3> poses = GentleDrive(kMapFrames, kStep);
-  for (int i = 0; i < kMapFrames; ++i) ASSERT_TRUE(session->Track(FrameAt(rig, poses[i], i)).ok());
+  for (int i = 0; i < kMapFrames; ++i) ASSERT_TRUE(session->Track(SeeRoom(rig, poses[i], i)).ok());
   session->Finish();
   uint64_t version = 0;
   uint64_t sequence = 0;
@@ -62,9 +62,9 @@ TEST_P(LocalizeTest, IsLostInTheDarkAndFindsItselfElsewhere) {
   EXPECT_EQ(dark->state, TrackingState::kLost);
   EXPECT_FALSE(dark->map_from_camera.has_value());
   EXPECT_EQ(dark->failure, LocalizationFailure::kNoCandidates);
-  for (int i = 16; i < 20; ++i) ExpectAt(*session->Track(FrameAt(rig, poses[i], index++)), poses[i], kBound);
+  for (int i = 16; i < 20; ++i) ExpectAt(*session->Track(SeeRoom(rig, poses[i], index++)), poses[i], kBound);
   EXPECT_EQ(session->Track(BlackFrame(rig, index++))->state, TrackingState::kLost);
-  for (int i = 2; i < 6; ++i) ExpectAt(*session->Track(FrameAt(rig, poses[i], index++)), poses[i], kBound);
+  for (int i = 2; i < 6; ++i) ExpectAt(*session->Track(SeeRoom(rig, poses[i], index++)), poses[i], kBound);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sensors, LocalizeTest, ::testing::Values(SensorType::kMono, SensorType::kStereo));
@@ -81,9 +81,9 @@ TEST_F(StoredMapTest, ExtendingGoesOnBeyondTheMapsEnd) {
   EXPECT_EQ(session->Track(BlackFrame(rig, index++))->state, TrackingState::kLost);
   EXPECT_TRUE(told.deltas().empty()) << "before it found itself there is nothing to say";
   // The frame that is found was answered already; the next one is tracked.
-  EXPECT_EQ(session->Track(FrameAt(rig, poses[10], index++))->state, TrackingState::kLost);
+  EXPECT_EQ(session->Track(SeeRoom(rig, poses[10], index++))->state, TrackingState::kLost);
   for (size_t i = 11; i < poses.size(); ++i)
-    ExpectAt(*session->Track(FrameAt(rig, poses[i], index++)), poses[i], kBound);
+    ExpectAt(*session->Track(SeeRoom(rig, poses[i], index++)), poses[i], kBound);
   session->Finish();
 
   EXPECT_GT(session->Stats().keyframes, static_cast<int>(keyframes_before));
@@ -107,7 +107,7 @@ TEST_F(StoredMapTest, StoredMapAndExtensionAreOneMap) {
   const auto session = Extender(&all);
   const std::vector<SE3> poses = GentleDrive(kMapFrames + 16, kStep);
   for (size_t i = 8; i < poses.size(); ++i)
-    ASSERT_TRUE(session->Track(FrameAt(rig, Beside(poses[i]), static_cast<int>(i))).ok());
+    ASSERT_TRUE(session->Track(SeeRoom(rig, Beside(poses[i]), static_cast<int>(i))).ok());
   session->Finish();
   const auto whole = all.Restore();
   ASSERT_TRUE(whole.ok()) << whole.status();

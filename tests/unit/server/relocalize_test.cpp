@@ -1,3 +1,4 @@
+#include <limits>
 #include <numbers>
 
 #include "handler_fixture.h"
@@ -80,6 +81,52 @@ TEST_F(RelocalizeTest, APriorThatSaysNothingIsRefused) {
   EXPECT_EQ(Refusal(), v1::ERROR_REASON_FIELD_INVALID);
   prior->set_heading_tolerance_rad(std::numbers::pi);
   EXPECT_TRUE(PrepareRelocalize(context_, request_).ok());
+}
+
+TEST_F(RelocalizeTest, APlaceOnEarthIsOneInTheMap) {
+  v1::PosePrior* prior = request_.mutable_prior();
+  prior->mutable_geo_position()->set_latitude_deg(48);
+  prior->mutable_geo_position()->set_longitude_deg(11);
+  prior->set_radius_m(20);
+  EXPECT_EQ(Refusal(), v1::ERROR_REASON_MAP_NOT_ANCHORED);
+  // East is the map's z, up its -y; a unit of the map is two metres.
+  storage::GeoAnchor anchor;
+  anchor.latitude_deg = 48;
+  anchor.longitude_deg = 11;
+  anchor.altitude_m = 500;
+  Eigen::Matrix3d enu_from_map;
+  enu_from_map << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  anchor.enu_from_map = {2, SE3(Eigen::Quaterniond(enu_from_map), {10, 0, 0})};
+  ASSERT_TRUE(store_->SetAnchor(store_->GetMap("town")->id, anchor).ok());
+  auto task = PrepareRelocalize(context_, request_);
+  ASSERT_TRUE(task.ok()) << task.status();
+  EXPECT_EQ(task->prior.position->radius, 10);
+  EXPECT_LT((task->prior.position->up_in_map - Eigen::Vector3d(0, -1, 0)).norm(), 1e-9);
+  // Ten metres west of the map's origin, whose height is not known.
+  const auto admits = [&](const Eigen::Vector3d& in_map) {
+    return task->prior.Admits(SE3(Eigen::Quaterniond::Identity(), in_map));
+  };
+  EXPECT_TRUE(admits({0, 300, -5}));
+  EXPECT_TRUE(admits({0, 0, 4.9}));
+  EXPECT_FALSE(admits({0, 0, 5.1}));
+  prior->mutable_geo_position()->set_altitude_m(500);
+  task = PrepareRelocalize(context_, request_);
+  ASSERT_TRUE(task.ok()) << task.status();
+  EXPECT_LT((task->prior.position->in_map - Eigen::Vector3d(0, 0, -5)).norm(), 1e-6);
+  EXPECT_FALSE(admits({0, 300, -5}));
+}
+
+TEST_F(RelocalizeTest, NoPlaceOnEarthIsRefused) {
+  v1::PosePrior* prior = request_.mutable_prior();
+  prior->mutable_geo_position()->set_latitude_deg(91);
+  EXPECT_EQ(Refusal(), v1::ERROR_REASON_FIELD_INVALID) << "no radius";
+  prior->set_radius_m(20);
+  EXPECT_EQ(Refusal(), v1::ERROR_REASON_FIELD_INVALID) << "beyond the pole";
+  prior->mutable_geo_position()->set_latitude_deg(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(Refusal(), v1::ERROR_REASON_FIELD_INVALID);
+  prior->mutable_geo_position()->set_latitude_deg(48);
+  prior->mutable_position_in_map();
+  EXPECT_EQ(Refusal(), v1::ERROR_REASON_FIELD_INVALID) << "two positions";
 }
 
 TEST_F(RelocalizeTest, AnImageWithoutFeaturesIsAnAnswer) {

@@ -1,6 +1,8 @@
 #include "client/town/road_network.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -52,13 +54,15 @@ TEST_P(NetworkOfSeed, LoopReturnsOverItsStartByMoreThanAHundredMetres) {
   }
 }
 
-TEST_P(NetworkOfSeed, OppositeDrivesTheLoopsStreetsTheOtherWay) {
-  const auto loop = MakeRoute(network_, "loop");
-  const auto opposite = MakeRoute(network_, "opposite");
-  ASSERT_TRUE(loop.ok() && opposite.ok());
-  for (const int lane : opposite->lanes) {
-    const int other_direction = lane ^ 1;
-    EXPECT_NE(std::find(loop->lanes.begin(), loop->lanes.end(), other_direction), loop->lanes.end());
+TEST_P(NetworkOfSeed, OppositeRoutesDriveTheSameStreetsTheOtherWay) {
+  for (const auto& [there, back] : {std::pair("loop", "opposite"), std::pair("2", "2-back")}) {
+    const auto route = MakeRoute(network_, there);
+    const auto opposite = MakeRoute(network_, back);
+    ASSERT_TRUE(route.ok() && opposite.ok());
+    for (const int lane : opposite->lanes) {
+      const int other_direction = lane ^ 1;
+      EXPECT_NE(std::find(route->lanes.begin(), route->lanes.end(), other_direction), route->lanes.end());
+    }
   }
 }
 
@@ -68,7 +72,8 @@ TEST_P(NetworkOfSeed, LotsKeepOffTheStreets) {
     for (const glm::dvec2& corner : lot.corners) middle += corner / static_cast<double>(lot.corners.size());
     for (const Street& street : network_.streets()) {
       const double distance = glm::distance(middle, street.centre.PointAt(street.centre.Project(middle)));
-      EXPECT_GT(distance, street.HalfRoad() + kSidewalkWidth + 3) << "lot " << lot.id << ", street " << street.id;
+      EXPECT_GT(distance, street.HalfRoad() + kSidewalkWidth + 3)
+          << "lot " << lot.id << ", street " << street.id;
     }
     EXPECT_GT(std::abs(middle.y - network_.canal().centre_y), network_.canal().half_width)
         << "lot " << lot.id;
