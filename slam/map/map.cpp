@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace semmap {
 namespace {
@@ -275,6 +276,15 @@ void Map::ChooseParent(KeyFrameId id) {
     }
   }
   moved_keyframes_.insert(id);
+}
+
+void Map::GraftTree(KeyFrameId id, KeyFrameId parent) {
+  while (id.IsValid()) {
+    const KeyFrameId former = std::exchange(keyframe(id).parent, parent);
+    moved_keyframes_.insert(id);
+    parent = id;
+    id = former;
+  }
 }
 
 void Map::UpdateDescriptor(MapPoint& point) const {

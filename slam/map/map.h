@@ -70,6 +70,8 @@ class Map {
   void AddSightings(MapPointId id, uint32_t visible, uint32_t found);
   // Chooses the parent of a keyframe: the older neighbour that shares most points.
   void ChooseParent(KeyFrameId id);
+  // Joins two trees: `parent`, of another one, becomes the parent of `id`, and its ancestors its descendants.
+  void GraftTree(KeyFrameId id, KeyFrameId parent);
   // Representative descriptor (smallest median distance to the others), mean viewing direction and distance
   // bounds.
   void UpdateAppearance(MapPointId id);

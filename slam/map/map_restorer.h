@@ -13,8 +13,8 @@ namespace semmap {
 // Rebuilds a Map from the records in which it left: what reads of it (poses, features, observations in both
 // directions, covisibility, spanning tree, appearance of points) is as it was. Not kept by records and
 // therefore lost: loops, counts of sightings (points are no longer on probation) and the order in which a
-// point was observed, which becomes that of the keyframes' ids. First all points are added, then the
-// keyframes.
+// point was observed, which becomes that of the keyframes' ids. Points are added before the keyframes that
+// see them.
 //
 // Every method answers DATA_LOSS for records that contradict each other; the restorer is then of no more use.
 class MapRestorer {

@@ -19,4 +19,9 @@ struct LoopCorrection {
 // of freedom, scale drifts too; with depth six. The map's frame stays where it is.
 LoopCorrection CloseLoop(const LoopConfig& config, const MappingCamera& camera, const Loop& loop, Map* map);
 
+// Joins what both ends of a loop show, which lie together already but for some pixels: first what both images
+// were seen to show, then what both groups of keyframes do. Returns how many points were joined or gained an
+// observation.
+int FuseLoopEnds(const MappingCamera& camera, const Loop& loop, Map* map);
+
 }  // namespace semmap

@@ -57,6 +57,12 @@ void LoopConfig::Read(ConfigReader& reader) {
   reader.Number("full_iterations", &full_iterations, 1, 1000);
 }
 
+void MergeConfig::Read(ConfigReader& reader) {
+  reader.Number("candidates", &candidates, 1, 1000);
+  reader.Number("min_keyframes", &min_keyframes, 2, 10000);
+  reader.Number("max_rival_share", &max_rival_share, 0.0, 1.0);
+}
+
 void SlamConfig::Read(ConfigReader& reader) {
   reader.Section("orb", &orb);
   reader.Section("stereo", &stereo);
@@ -65,6 +71,7 @@ void SlamConfig::Read(ConfigReader& reader) {
   reader.Section("place", &place);
   reader.Section("relocalization", &relocalization);
   reader.Section("loop", &loop);
+  reader.Section("merge", &merge);
   reader.Section("segmentation", &segmentation);
   reader.Section("semantics", &semantics);
   reader.Flag("deterministic", &deterministic);

@@ -96,6 +96,18 @@ struct LoopConfig {
   void Read(ConfigReader& reader);
 };
 
+// How two stored maps are found to show common places.
+struct MergeConfig {
+  // Places tried for each keyframe, those that look most alike first.
+  int candidates = 5;
+  // Keyframes that must be found in the other map, all telling one similarity between the maps; and how many
+  // of these another similarity may have.
+  int min_keyframes = 3;
+  double max_rival_share = 0.5;
+
+  void Read(ConfigReader& reader);
+};
+
 // Everything of a session that can be configured, with defaults. YAML keys are the member names.
 struct SlamConfig {
   // Of more corners the weaker ones are located worse, and cost as much.
@@ -106,6 +118,7 @@ struct SlamConfig {
   PlaceConfig place;
   RelocalizationConfig relocalization;
   LoopConfig loop;
+  MergeConfig merge;
   SegmentationConfig segmentation;
   SemanticsConfig semantics;
   // Everything of a session runs in the thread that brings the frames: same input, same bytes.

@@ -123,7 +123,7 @@ KeyFrame MakeKeyFrame(const MappingCamera& camera, KeyFrameId id, const RingView
 }
 
 Map DriveRing(const RingWorld& world, const MappingCamera& camera, int keyframes, double step,
-              const RingDrift& drift) {
+              const RingDrift& drift, int first, double unit) {
   Map map(RingWorld::ScaleInfo());
   struct Known {
     MapPointId point;
@@ -131,16 +131,15 @@ Map DriveRing(const RingWorld& world, const MappingCamera& camera, int keyframes
   };
   std::unordered_map<int, Known> known;
   SE3 map_from_camera;
-  double unit = 1;
   for (int i = 0; i < keyframes; ++i) {
-    const SE3 world_from_camera = RingWorld::WorldFromCamera(i * step);
+    const SE3 world_from_camera = RingWorld::WorldFromCamera((first + i) * step);
     if (i > 0) {
-      const SE3 motion = RingWorld::WorldFromCamera((i - 1) * step).Inverse() * world_from_camera;
+      const SE3 motion = RingWorld::WorldFromCamera((first + i - 1) * step).Inverse() * world_from_camera;
       map_from_camera = map_from_camera * Spoil(motion, drift, unit);
       unit *= std::exp(drift.scale_log);
     }
     const KeyFrameId id(static_cast<uint64_t>(i + 1));
-    const RingView view = world.View(camera, world_from_camera, static_cast<uint32_t>(i + 1));
+    const RingView view = world.View(camera, world_from_camera, static_cast<uint32_t>(1000 * first + i + 1));
     map.AddKeyFrame(MakeKeyFrame(camera, id, view, map_from_camera.Inverse()));
     for (size_t k = 0; k < view.world_points.size(); ++k) {
       Known& corner = known[view.world_points[k]];

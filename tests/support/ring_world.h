@@ -48,10 +48,11 @@ struct RingDrift {
   double scale_log = 0;  // growth of the unit, one camera only
 };
 
-// The map that a drive with drift makes: keyframe i (id i + 1) stands at angle i * step. A corner that was
-// out of sight for long becomes a new point, as it does for a mapper that does not recognize the place.
+// The map that a drive with drift makes: keyframe i (id i + 1) stands at angle (first + i) * step, and the
+// first one is the map's frame. A corner that was out of sight for long becomes a new point, as it does for a
+// mapper that does not recognize the place. `unit`: how many units of the map one metre is at first.
 Map DriveRing(const RingWorld& world, const MappingCamera& camera, int keyframes, double step,
-              const RingDrift& drift);
+              const RingDrift& drift, int first = 0, double unit = 1);
 
 // A keyframe of a view, without points.
 KeyFrame MakeKeyFrame(const MappingCamera& camera, KeyFrameId id, const RingView& view,
