@@ -50,10 +50,9 @@ void Describe(const MapFix& found, const MapSnapshot& map, const FrameFeatures& 
               v1::RelocalizeResponse* response) {
   *response->mutable_map_from_camera() = ToProto(found.fix.camera_from_map.Inverse());
   *response->mutable_covariance() = ToProto(found.fix.covariance);
-  for (const KeyFrameId id : KeyFramesSeeing(map.map, found, kMaxKeyFrames))
+  for (const KeyFrameId id : KeyFramesSeeing(map, found, kMaxKeyFrames))
     response->add_keyframe_ids(id.value());
-  if (const auto agreement = ClassAgreement(map.map, found, features))
-    response->set_class_agreement(*agreement);
+  if (const auto agreement = ClassAgreement(found, features)) response->set_class_agreement(*agreement);
 }
 
 }  // namespace
@@ -76,28 +75,33 @@ absl::StatusOr<v1::RelocalizeResponse> Relocalize(const ServiceContext& context,
   CameraRig rig = task.rig;
   SEMMAP_ASSIGN_OR_RETURN(const FrameInput input, DecodeFrame(request.frame(), rig, false));
   // Depth in metres says nothing where the map's unit is arbitrary: there, one eye looks.
-  if (!map.scale_known) rig.sensor = SensorType::kMono;
+  if (!map.scale_known()) rig.sensor = SensorType::kMono;
   // Classes come with the frame or not at all: the network is for those who drive.
   FrameBuilder builder(context.slam, rig, nullptr);
   StageTimes times;
   const TrackedFrame frame = builder.Build(input, false, &times);
 
   v1::RelocalizeResponse response;
-  response.set_map_version(map.version);
+  response.set_map_version(map.version());
   if (frame.features->size() < static_cast<size_t>(context.slam.relocalization.min_inliers)) {
     response.set_result(v1::RELOCALIZE_RESULT_TOO_FEW_FEATURES);
   } else {
     const MapLocalizer localizer(context.slam.relocalization, static_cast<uint32_t>(context.slam.seed));
-    const MapLocalization located =
-        localizer.Locate(map.map, map.places, MakeMappingCamera(context.slam, builder),
-                         {*frame.features, *frame.grid}, task.prior, map.version);
+    const auto looked = localizer.Locate(map, MakeMappingCamera(context.slam, builder),
+                                         {*frame.features, *frame.grid}, task.prior);
+    if (absl::IsNotFound(looked.status())) return WithReason(looked.status(), v1::ERROR_REASON_MAP_NOT_FOUND);
+    if (!looked.ok()) return FromStore(looked.status());
+    const MapLocalization& located = *looked;
     spdlog::debug("relocalize map={} result={} candidates={} matches={} inliers={} expected={} rival={}",
                   task.map.name, static_cast<int>(located.failure), located.candidates, located.matches,
                   located.agreement.inliers, located.agreement.expected, located.rival_inliers);
     response.set_result(ToProto(located.failure));
     response.set_inliers(located.agreement.inliers);
     response.set_matches(located.matches);
-    if (located.found) Describe(*located.found, map, *frame.features, &response);
+    if (located.found) {
+      Describe(*located.found, map, *frame.features, &response);
+      response.set_map_version(located.found->view->version);
+    }
   }
   response.set_processing_ms(absl::ToDoubleMilliseconds(absl::Now() - start));
   return response;

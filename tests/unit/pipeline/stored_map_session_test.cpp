@@ -4,6 +4,7 @@
 #include "slam/pipeline/session.h"
 #include "tests/support/map_collector.h"
 #include "tests/support/textured_room.h"
+#include "tests/unit/pipeline/fake_map_store.h"
 #include "tests/unit/place/place_test_util.h"
 
 namespace semmap {
@@ -82,6 +83,19 @@ class StoredMapTest : public ::testing::Test {
     start.localize = MakeMapSnapshot(*std::move(map), 0, 5, true, vocabulary_, PlaceQueryLimits());
     return *Session::Create(SmallConfig(), SmallRig(sensor), sink, nullptr, nullptr, nullptr,
                             std::move(start));
+  }
+  // The same map, of which next to nothing stays in memory.
+  std::unique_ptr<Session> LocalizerWithoutMemory(SensorType sensor, MapDeltaSink* sink) {
+    const SlamConfig config = SmallConfig();
+    const PlaceDescriber describer(vocabulary_, ClassSet());
+    const auto store = std::make_shared<FakeMapStore>(UndistortedBounds(SmallCamera()), 5);
+    for (const MapDelta& delta : made_->deltas()) store->Apply(delta);
+    SessionStart start;
+    start.localize = std::make_shared<const StoredMap>(
+        StoredMap::Reading{ScalePyramidInfo(config.orb.levels, config.orb.scale_factor), PointClassPolicy(),
+                           describer},
+        store->Core(describer), store, std::make_shared<MapPartCache>(size_t{100} << 10), 1);
+    return *Session::Create(config, SmallRig(sensor), sink, nullptr, nullptr, nullptr, std::move(start));
   }
   std::unique_ptr<Session> Extender(MapDeltaSink* sink) {
     auto map = made_->Restore();
@@ -163,6 +177,28 @@ TEST_P(LocalizeTest, IsLostInTheDarkAndFindsItselfElsewhere) {
   for (int i = 16; i < 20; ++i) ExpectAt(*session->Track(FrameAt(rig, poses[i], index++)), poses[i], kBound);
   EXPECT_EQ(session->Track(BlackFrame(rig, index++))->state, TrackingState::kLost);
   for (int i = 2; i < 6; ++i) ExpectAt(*session->Track(FrameAt(rig, poses[i], index++)), poses[i], kBound);
+}
+
+// A vehicle is told the same whether the map is in memory or read as it drives.
+TEST_P(LocalizeTest, TracksAsWellInAMapThatIsReadAsItIsNeeded) {
+  MapCollector told = MakeCollector();
+  const CameraRig rig = SmallRig(GetParam());
+  const auto whole = Localizer(GetParam(), &told);
+  const auto parts = LocalizerWithoutMemory(GetParam(), &told);
+  const std::vector<SE3> poses = GentleDrive(kMapFrames, kStep);
+  for (int i = 0; i < kMapFrames; ++i) {
+    const FrameInput frame = i == 9 ? BlackFrame(rig, i) : FrameAt(rig, Beside(poses[i]), i);
+    const auto expected = whole->Track(frame);
+    const auto result = parts->Track(frame);
+    ASSERT_TRUE(expected.ok() && result.ok()) << result.status();
+    ASSERT_EQ(result->state, expected->state) << i;
+    EXPECT_EQ(result->inliers, expected->inliers) << i;
+    EXPECT_EQ(result->map_version, 5U);
+    if (!expected->map_from_camera) continue;
+    const SE3 difference = result->map_from_camera->Inverse() * *expected->map_from_camera;
+    EXPECT_LT(difference.translation().norm(), 1e-9) << i;
+    EXPECT_LT(difference.RotationAngle(), 1e-9) << i;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Sensors, LocalizeTest, ::testing::Values(SensorType::kMono, SensorType::kStereo));
