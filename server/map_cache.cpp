@@ -9,8 +9,7 @@
 #include "absl/time/clock.h"
 #include "server/error_reasons.h"
 #include "slam/common/notification.h"
-#include "slam/common/status_macros.h"
-#include "storage/map_loader.h"
+#include "storage/map_opener.h"
 
 namespace semmap::server {
 namespace {
@@ -25,8 +24,9 @@ absl::Status TooLarge(const char* what) {
 
 }  // namespace
 
-MapCache::MapCache(const Limits& limits, Loader loader, Executor* threads)
-    : limits_(limits), loader_(std::move(loader)), threads_(threads) {}
+MapCache::MapCache(const Limits& limits, Loader loader, Executor* threads,
+                   std::shared_ptr<MapPartCache> parts)
+    : limits_(limits), loader_(std::move(loader)), threads_(threads), parts_(std::move(parts)) {}
 
 MapCache::~MapCache() {
   MutexLock lock(&mutex_);
@@ -36,7 +36,7 @@ MapCache::~MapCache() {
 
 bool MapCache::IsFreshEnough(const Entry& entry, uint64_t version) const {
   if (entry.snapshot == nullptr) return false;
-  if (entry.snapshot->version == version) return true;
+  if (entry.snapshot->version() == version) return true;
   const absl::Duration pause = std::max(limits_.min_reload_interval, entry.load_time / kLoadShare);
   return absl::Now() - entry.loaded_at < pause;
 }
@@ -79,7 +79,7 @@ void MapCache::Load(storage::MapId map) {
   {
     MutexLock lock(&mutex_);
     const size_t held = HeldBytes();
-    room = held < limits_.max_bytes ? limits_.max_bytes - held : 0;
+    room = held < MaxBytes() ? MaxBytes() - held : 0;
     cancelled = closing_;
   }
   const absl::Time start = absl::Now();
@@ -88,8 +88,8 @@ void MapCache::Load(storage::MapId map) {
   const absl::Duration load_time = absl::Now() - start;
   if (loaded.ok()) {
     spdlog::info("map loaded id={} version={} keyframes={} points={} bytes={} ms={:.0f}", map.value(),
-                 (*loaded)->version, (*loaded)->map.keyframes().size(), (*loaded)->map.points().size(),
-                 (*loaded)->memory_bytes, absl::ToDoubleMilliseconds(load_time));
+                 (*loaded)->version(), (*loaded)->keyframe_count(), (*loaded)->point_count(),
+                 (*loaded)->memory_bytes(), absl::ToDoubleMilliseconds(load_time));
   }
   Finish(map, std::move(loaded), load_time);
 }
@@ -101,7 +101,7 @@ void MapCache::Finish(storage::MapId map, absl::StatusOr<Snapshot> loaded, absl:
   {
     MutexLock lock(&mutex_);
     Entry& entry = entries_[map];
-    if (loaded.ok() && !MakeRoom(map, (*loaded)->memory_bytes, &gone)) {
+    if (loaded.ok() && !MakeRoom(map, (*loaded)->memory_bytes(), &gone)) {
       loaded = absl::ResourceExhaustedError("no room beside the maps that are in use");
     }
     entry.loading = false;
@@ -122,6 +122,11 @@ void MapCache::Finish(storage::MapId map, absl::StatusOr<Snapshot> loaded, absl:
       entries_.erase(map);
     }
   }
+  if (parts_ != nullptr) {
+    MutexLock lock(&mutex_);
+    const size_t taken = AllBytes();
+    parts_->SetMaxBytes(limits_.max_bytes - std::min(taken, limits_.max_bytes));
+  }
   if (absl::IsResourceExhausted(loaded.status())) loaded = TooLarge("the map takes more");
   for (const Ready& ready : waiting) ready(loaded);
   gone.clear();
@@ -133,10 +138,10 @@ void MapCache::Finish(storage::MapId map, absl::StatusOr<Snapshot> loaded, absl:
 size_t MapCache::HeldBytes() const {
   size_t bytes = 0;
   for (const auto& [id, entry] : entries_) {
-    if (entry.snapshot != nullptr && entry.snapshot.use_count() > 1) bytes += entry.snapshot->memory_bytes;
+    if (entry.snapshot != nullptr && entry.snapshot.use_count() > 1) bytes += entry.snapshot->memory_bytes();
   }
   for (const auto& weak : replaced_) {
-    if (const auto snapshot = weak.lock()) bytes += snapshot->memory_bytes;
+    if (const auto snapshot = weak.lock()) bytes += snapshot->memory_bytes();
   }
   return bytes;
 }
@@ -148,44 +153,55 @@ bool MapCache::MakeRoom(storage::MapId kept, size_t bytes, std::vector<Snapshot>
   };
   size_t unused = 0;
   for (const auto& entry : entries_) {
-    if (free_at_will(entry)) unused += entry.second.snapshot->memory_bytes;
+    if (free_at_will(entry)) unused += entry.second.snapshot->memory_bytes();
   }
   const size_t held = HeldBytes() + bytes;
-  if (held > limits_.max_bytes) return false;
-  while (held + unused > limits_.max_bytes) {
+  if (held > MaxBytes()) return false;
+  while (held + unused > MaxBytes()) {
     auto oldest = entries_.end();
     for (auto entry = entries_.begin(); entry != entries_.end(); ++entry) {
       if (!free_at_will(*entry)) continue;
       if (oldest == entries_.end() || entry->second.last_use < oldest->second.last_use) oldest = entry;
     }
     if (oldest == entries_.end()) return true;
-    unused -= oldest->second.snapshot->memory_bytes;
+    unused -= oldest->second.snapshot->memory_bytes();
     gone->push_back(std::move(oldest->second.snapshot));
     if (!oldest->second.loading) entries_.erase(oldest);
   }
   return true;
 }
 
-size_t MapCache::memory_bytes() const {
-  MutexLock lock(&mutex_);
+size_t MapCache::AllBytes() const {
   size_t bytes = HeldBytes();
   for (const auto& [id, entry] : entries_) {
-    if (entry.snapshot != nullptr && entry.snapshot.use_count() == 1) bytes += entry.snapshot->memory_bytes;
+    if (entry.snapshot != nullptr && entry.snapshot.use_count() == 1) bytes += entry.snapshot->memory_bytes();
   }
   return bytes;
 }
 
+size_t MapCache::memory_bytes() const {
+  const size_t part_bytes = parts_ == nullptr ? 0 : parts_->memory_bytes();
+  MutexLock lock(&mutex_);
+  return AllBytes() + part_bytes;
+}
+
 MapCache::Loader MakeMapLoader(storage::MapStore* store, const SlamConfig& slam,
-                               std::shared_ptr<const Vocabulary> vocabulary) {
-  return [store, slam, vocabulary](storage::MapId map,
-                                   size_t max_bytes) -> absl::StatusOr<MapCache::Snapshot> {
-    auto restored = storage::LoadMap(*store, map, ScalePyramidInfo(slam.orb.levels, slam.orb.scale_factor),
-                                     max_bytes, slam.semantics.PointPolicy());
-    if (absl::IsResourceExhausted(restored.status())) return restored.status();
-    if (!restored.ok()) return FromStore(restored.status());
-    return MakeMapSnapshot(std::move(restored->map), restored->memory_bytes, restored->info.version,
-                           restored->info.scale_known, vocabulary, slam.place.query,
-                           slam.semantics.InactiveClasses());
+                               std::shared_ptr<const Vocabulary> vocabulary,
+                               std::shared_ptr<MapPartCache> parts) {
+  if (parts == nullptr) parts = std::make_shared<MapPartCache>(0);
+  storage::MapOpening opening{
+      {ScalePyramidInfo(slam.orb.levels, slam.orb.scale_factor), slam.semantics.PointPolicy(), std::nullopt},
+      slam.place.query,
+      std::move(parts)};
+  if (vocabulary != nullptr) {
+    opening.reading.describer.emplace(std::move(vocabulary), slam.semantics.InactiveClasses());
+    store->StoreWordsBy(storage::WordingOf(*opening.reading.describer));
+  }
+  return [store, opening](storage::MapId map, size_t max_bytes) -> absl::StatusOr<MapCache::Snapshot> {
+    auto opened = storage::OpenMap(*store, map, opening, max_bytes);
+    if (absl::IsResourceExhausted(opened.status())) return opened.status();
+    if (!opened.ok()) return FromStore(opened.status());
+    return *std::move(opened);
   };
 }
 

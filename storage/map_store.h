@@ -13,6 +13,7 @@
 
 #include <Eigen/Geometry>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "slam/common/ids.h"
@@ -20,6 +21,7 @@
 #include "slam/geometry/camera.h"
 #include "slam/geometry/se3.h"
 #include "slam/map/map_delta.h"
+#include "slam/map/map_parts.h"
 #include "storage/storage_config.h"
 
 // The database of maps. A map grows by deltas, each of which is one transaction: after a crash at any instant
@@ -257,6 +259,38 @@ class MapReader {
   // With features.
   virtual absl::Status OnKeyFrame(const KeyFrameEntry& keyframe, KeyFrameObservations observations) = 0;
 };
+
+// How features become words of a place index.
+struct PlaceWording {
+  // Tells ways apart: words of different ones cannot be compared.
+  uint64_t vocabulary = 0;
+  // Ascending, with repetitions. Called by any thread.
+  std::function<std::vector<uint32_t>(const FrameFeatures&)> words_of;
+};
+
+struct KeyFrameWords {
+  KeyFrameId id;
+  std::vector<uint32_t> words;
+};
+
+// A keyframe as far as it can be told without its features.
+struct KeyFrameOutline {
+  KeyFrameId id;
+  SE3 map_from_camera;
+  // In the order of the keypoints that see them.
+  std::vector<MapPointId> points;
+  // nullopt when none are stored by the vocabulary that was asked for.
+  std::optional<std::vector<uint32_t>> words;
+};
+
+// Receives the outline of a map, keyframes in order of their ids; as MapReader.
+class MapOutlineReader {
+ public:
+  virtual ~MapOutlineReader() = default;
+  virtual absl::Status OnMap(const MapInfo& map) = 0;
+  virtual absl::Status OnKeyFrame(KeyFrameOutline keyframe) = 0;
+};
+
 // Called now and then with the share of a long work that is done, [0, 1]; returning false ends the work with
 // CANCELLED and leaves nothing behind.
 using ProgressVisitor = std::function<bool(double)>;
@@ -370,8 +404,24 @@ class MapStore {
                                              const TrajectoryVisitor& visit) = 0;
   // Everything there is of a map, as it was at one instant.
   virtual absl::Status ReadWhole(MapId map, MapReader* reader) = 0;
+  // Where its keyframes stand, what they see and, by this vocabulary, look like; as it was at one instant.
+  // Reads some three kilobytes a keyframe.
+  virtual absl::Status ReadOutline(MapId map, uint64_t vocabulary, MapOutlineReader* reader) = 0;
+  // Calls `read` with a reader of the map's parts, all as they were at one instant. The rule for visitors
+  // holds for it, too.
+  virtual absl::Status ReadParts(MapId map, absl::FunctionRef<absl::Status(MapPartReader&)> read) = 0;
   // Reads the whole map (not its features): seconds for millions of points.
   virtual absl::StatusOr<MapSummary> Summarize(MapId map) = 0;
+
+  // --- Words. They follow from features and are kept because to make them takes the features of the whole
+  // map.
+
+  // From now on words are stored with the features that Apply stores. Before that: none are.
+  virtual void StoreWordsBy(PlaceWording wording) = 0;
+  // Stores words that were made of the stored features of keyframes; ABORTED, and nothing is stored, when the
+  // map's version is another by now.
+  virtual absl::Status StoreWords(MapId map, uint64_t version, uint64_t vocabulary,
+                                  std::span<const KeyFrameWords> keyframes) = 0;
 
   // --- Care
 

@@ -19,5 +19,7 @@ namespace semmap::storage {
 uint32_t EncodeObservations(const std::vector<MapPointId>& point_of_keypoint, ByteWriter* out);
 // DATA_LOSS for bytes that EncodeObservations did not write.
 absl::StatusOr<std::vector<MapPointId>> DecodeObservations(BlobView bytes);
+// The same, the points alone, in the order of the keypoints that see them.
+absl::StatusOr<std::vector<MapPointId>> DecodeSeenPoints(BlobView bytes);
 
 }  // namespace semmap::storage

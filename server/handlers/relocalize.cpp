@@ -86,10 +86,9 @@ void Describe(const MapFix& found, const MapSnapshot& map, const FrameFeatures& 
               v1::RelocalizeResponse* response) {
   *response->mutable_map_from_camera() = ToProto(found.fix.camera_from_map.Inverse());
   *response->mutable_covariance() = ToProto(found.fix.covariance);
-  for (const KeyFrameId id : KeyFramesSeeing(map.map, found, kMaxKeyFrames))
+  for (const KeyFrameId id : KeyFramesSeeing(map, found, kMaxKeyFrames))
     response->add_keyframe_ids(id.value());
-  if (const auto agreement = ClassAgreement(map.map, found, features))
-    response->set_class_agreement(*agreement);
+  if (const auto agreement = ClassAgreement(found, features)) response->set_class_agreement(*agreement);
 }
 
 }  // namespace
@@ -114,19 +113,22 @@ absl::StatusOr<v1::RelocalizeResponse> Relocalize(const ServiceContext& context,
   const bool segments = context.segmentation != nullptr && slam.segmentation.mode != SegmentationMode::kOff;
   SEMMAP_ASSIGN_OR_RETURN(const FrameInput input, DecodeFrame(request.frame(), rig, segments));
   // Depth in metres says nothing where the map's unit is arbitrary: there, one eye looks.
-  if (!map.scale_known) rig.sensor = SensorType::kMono;
+  if (!map.scale_known()) rig.sensor = SensorType::kMono;
   FrameBuilder builder(slam, rig, context.segmentation);
   StageTimes times;
   const TrackedFrame frame = builder.Build(input, segments, &times);
 
   v1::RelocalizeResponse response;
-  response.set_map_version(map.version);
+  response.set_map_version(map.version());
   if (frame.features->size() < static_cast<size_t>(slam.relocalization.min_inliers)) {
     response.set_result(v1::RELOCALIZE_RESULT_TOO_FEW_FEATURES);
   } else {
     const MapLocalizer localizer(slam.relocalization, static_cast<uint32_t>(slam.seed));
-    const MapLocalization located = localizer.Locate(map.map, map.places, MakeMappingCamera(slam, builder),
-                                                     {*frame.features, *frame.grid}, task.prior, map.version);
+    const auto looked = localizer.Locate(map, MakeMappingCamera(slam, builder),
+                                         {*frame.features, *frame.grid}, task.prior);
+    if (absl::IsNotFound(looked.status())) return WithReason(looked.status(), v1::ERROR_REASON_MAP_NOT_FOUND);
+    if (!looked.ok()) return FromStore(looked.status());
+    const MapLocalization& located = *looked;
     spdlog::debug("relocalize map={} result={} candidates={} matches={} inliers={} expected={} rival={}",
                   task.map.name, static_cast<int>(located.failure), located.candidates, located.matches,
                   located.agreement.inliers, located.agreement.expected, located.rival_inliers);
@@ -137,6 +139,7 @@ absl::StatusOr<v1::RelocalizeResponse> Relocalize(const ServiceContext& context,
       Describe(*located.found, map, *frame.features, &response);
       const Eigen::Vector3d position = located.found->fix.camera_from_map.Inverse().translation();
       if (task.map.anchor) *response.mutable_geo_position() = ToGeoPosition(*task.map.anchor, position);
+      response.set_map_version(located.found->view->version);
     }
   }
   response.set_processing_ms(absl::ToDoubleMilliseconds(absl::Now() - start));

@@ -25,6 +25,8 @@ constexpr int kMaxMetadataBytes = 16 << 10;
 // Operations are for the disk more than for the processor: one at a time is fastest.
 constexpr int kOperationThreads = 1;
 constexpr int kMapLoadingThreads = 1;
+// Of the memory for maps, one in so many bytes is for parts of maps in any case.
+constexpr size_t kLeastShareOfParts = 4;
 // For streams to take their last message when the server stops.
 constexpr auto kGrace = std::chrono::seconds(2);
 
@@ -34,7 +36,8 @@ int ThreadCount(int configured) {
 }
 
 MapCache::Limits CacheLimits(const ServerConfig& config) {
-  return {static_cast<size_t>(config.map_memory_mb) << 20, absl::Seconds(config.map_reload_s)};
+  const size_t max_bytes = static_cast<size_t>(config.map_memory_mb) << 20;
+  return {max_bytes, max_bytes / kLeastShareOfParts, absl::Seconds(config.map_reload_s)};
 }
 
 void SetLimits(const ServerConfig& config, grpc::ServerBuilder* builder) {
@@ -64,9 +67,11 @@ class GrpcServer : public Server {
         queries_(MakeThreadPool(config.server.query_threads)),
         workers_(MakeThreadPool(kOperationThreads)),
         loaders_(MakeThreadPool(kMapLoadingThreads)),
-        maps_(std::make_unique<MapCache>(CacheLimits(config.server),
-                                         MakeMapLoader(store_.get(), config.slam, std::move(vocabulary)),
-                                         loaders_.get())),
+        map_parts_(std::make_shared<MapPartCache>(CacheLimits(config.server).max_bytes)),
+        maps_(std::make_unique<MapCache>(
+            CacheLimits(config.server),
+            MakeMapLoader(store_.get(), config.slam, std::move(vocabulary), map_parts_), loaders_.get(),
+            map_parts_)),
         artifacts_(config.server.artifact_directory, int64_t{config.server.max_artifacts_mb} << 20,
                    absl::Seconds(config.server.artifact_lifetime_s), WallClock),
         sessions_(std::make_unique<SessionRegistry>(Environment(), config.slam, std::move(factory), &timer_)),
@@ -114,6 +119,7 @@ class GrpcServer : public Server {
   std::unique_ptr<Executor> queries_;
   std::unique_ptr<Executor> workers_;  // of operations
   std::unique_ptr<Executor> loaders_;  // of maps
+  const std::shared_ptr<MapPartCache> map_parts_;
   std::unique_ptr<MapCache> maps_;
   RequestLog requests_;
   MapWatchers watchers_;

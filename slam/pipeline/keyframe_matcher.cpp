@@ -61,11 +61,10 @@ std::vector<KeypointPair> MatchAll(const AssociationRule& rule, const FrameFeatu
   return Sift(keyframe, image, std::move(pairs));
 }
 
-}  // namespace
-
-std::vector<KeypointPair> MatchWithinNodes(const AssociationRule& rule, const Map& map,
-                                           const KeyFrame& keyframe, const DirectIndex& keyframe_nodes,
-                                           const FrameFeatures& image, const DirectIndex& image_nodes) {
+template <typename ClassOf>
+std::vector<KeypointPair> MatchNodes(const AssociationRule& rule, const FrameFeatures& keyframe,
+                                     const ClassOf& class_of, const DirectIndex& keyframe_nodes,
+                                     const FrameFeatures& image, const DirectIndex& image_nodes) {
   std::vector<KeypointPair> pairs;
   std::vector<int> candidates;
   auto group = image_nodes.groups.begin();
@@ -77,36 +76,57 @@ std::vector<KeypointPair> MatchWithinNodes(const AssociationRule& rule, const Ma
                       image_nodes.keypoints.begin() + group->end);
     for (uint32_t i = wanted.begin; i < wanted.end; ++i) {
       const uint32_t keypoint = keyframe_nodes.keypoints[i];
-      const MapPoint* point = map.FindActivePoint(keyframe.points[keypoint]);
-      if (point == nullptr) continue;
-      const Descriptor& descriptor = keyframe.features->descriptors[keypoint];
+      const std::optional<uint8_t> semantic_class = class_of(keypoint);
+      if (!semantic_class) continue;
+      const Descriptor& descriptor = keyframe.descriptors[keypoint];
       const NearestTwo nearest =
-          rule.Matters(point->semantic_class)
-              ? FindNearestTwoByRule(rule, descriptor, point->semantic_class, image, candidates)
+          rule.Matters(*semantic_class)
+              ? FindNearestTwoByRule(rule, descriptor, *semantic_class, image, candidates)
               : FindNearestTwo(descriptor, image.descriptors, candidates);
       if (!IsMatch(nearest)) continue;
       pairs.push_back({static_cast<int>(keypoint), candidates[nearest.index], nearest.distance});
     }
   }
-  return Sift(*keyframe.features, image, std::move(pairs));
+  return Sift(keyframe, image, std::move(pairs));
+}
+
+// Class of the active point that a keypoint sees; nothing where it sees none.
+auto ClassesIn(const Map& map, const KeyFrame& keyframe) {
+  return [&](size_t keypoint) -> std::optional<uint8_t> {
+    const MapPoint* point = map.FindActivePoint(keyframe.points[keypoint]);
+    return point == nullptr ? std::nullopt : std::optional<uint8_t>(point->semantic_class);
+  };
+}
+
+auto ClassesIn(const LocalMapView& view, const ViewKeyFrame& keyframe) {
+  return [&](size_t keypoint) -> std::optional<uint8_t> {
+    const int32_t point = keyframe.point_of_keypoint[keypoint];
+    return point < 0 ? std::nullopt : std::optional<uint8_t>(view.classes[point]);
+  };
+}
+
+}  // namespace
+
+std::vector<KeypointPair> MatchWithinNodes(const AssociationRule& rule, const Map& map,
+                                           const KeyFrame& keyframe, const DirectIndex& keyframe_nodes,
+                                           const FrameFeatures& image, const DirectIndex& image_nodes) {
+  return MatchNodes(rule, *keyframe.features, ClassesIn(map, keyframe), keyframe_nodes, image, image_nodes);
+}
+
+std::vector<KeypointPair> MatchWithinNodes(const AssociationRule& rule, const LocalMapView& view,
+                                           const ViewKeyFrame& keyframe, const DirectIndex& keyframe_nodes,
+                                           const FrameFeatures& image, const DirectIndex& image_nodes) {
+  return MatchNodes(rule, *keyframe.features, ClassesIn(view, keyframe), keyframe_nodes, image, image_nodes);
 }
 
 std::vector<KeypointPair> MatchExhaustively(const AssociationRule& rule, const Map& map,
                                             const KeyFrame& keyframe, const FrameFeatures& image) {
-  const auto class_of = [&](size_t i) -> std::optional<uint8_t> {
-    const MapPoint* point = map.FindActivePoint(keyframe.points[i]);
-    return point == nullptr ? std::nullopt : std::optional<uint8_t>(point->semantic_class);
-  };
-  return MatchAll(rule, *keyframe.features, class_of, image);
+  return MatchAll(rule, *keyframe.features, ClassesIn(map, keyframe), image);
 }
 
 std::vector<KeypointPair> MatchExhaustively(const AssociationRule& rule, const LocalMapView& view,
                                             const ViewKeyFrame& keyframe, const FrameFeatures& image) {
-  const auto class_of = [&](size_t i) -> std::optional<uint8_t> {
-    const int32_t point = keyframe.point_of_keypoint[i];
-    return point < 0 ? std::nullopt : std::optional<uint8_t>(view.classes[point]);
-  };
-  return MatchAll(rule, *keyframe.features, class_of, image);
+  return MatchAll(rule, *keyframe.features, ClassesIn(view, keyframe), image);
 }
 
 }  // namespace semmap

@@ -18,6 +18,10 @@ namespace semmap {
 std::vector<KeypointPair> MatchWithinNodes(const AssociationRule& rule, const Map& map,
                                            const KeyFrame& keyframe, const DirectIndex& keyframe_nodes,
                                            const FrameFeatures& image, const DirectIndex& image_nodes);
+// The same, of the view's points.
+std::vector<KeypointPair> MatchWithinNodes(const AssociationRule& rule, const LocalMapView& view,
+                                           const ViewKeyFrame& keyframe, const DirectIndex& keyframe_nodes,
+                                           const FrameFeatures& image, const DirectIndex& image_nodes);
 
 // Compares with all: slower, misses fewer. The second looks at the view's points only.
 std::vector<KeypointPair> MatchExhaustively(const AssociationRule& rule, const Map& map,

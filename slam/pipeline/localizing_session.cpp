@@ -15,7 +15,7 @@ constexpr size_t kFramesPerDelta = 20;
 constexpr double kRecenterGain = 1.1;
 
 CameraRig RigFor(const MapSnapshot& map, CameraRig rig) {
-  if (!map.scale_known) rig.sensor = SensorType::kMono;
+  if (!map.scale_known()) rig.sensor = SensorType::kMono;
   return rig;
 }
 
@@ -42,32 +42,32 @@ absl::StatusOr<FrameResult> LocalizingSession::Track(const FrameInput& frame) {
   state.recovery = recovery_;
   TrackOutput output = tracker_.Track(frame, state);
   if (output.lost_frame) {
-    Search(*output.lost_frame, &output);
+    SEMMAP_RETURN_IF_ERROR(Search(*output.lost_frame, &output));
   } else if (output.frame_pose) {
-    Recenter();
+    SEMMAP_RETURN_IF_ERROR(Recenter());
   }
   if (output.frame_pose) {
     ++tracked_frames_;
     Keep(*output.frame_pose);
   }
-  output.result.map_version = map_->version;
+  output.result.map_version = view_ ? view_->version : map_->version();
   output.result.times.total_ms = stopwatch.LapMs();
   return output.result;
 }
 
-void LocalizingSession::Search(const LostFrame& lost, TrackOutput* output) {
-  const MapLocalization located =
-      localizer_.Locate(map_->map, map_->places, tracker_.camera(), {*lost.frame.features, *lost.frame.grid},
-                        PlacePrior(), map_->version);
+absl::Status LocalizingSession::Search(const LostFrame& lost, TrackOutput* output) {
+  SEMMAP_ASSIGN_OR_RETURN(
+      const MapLocalization located,
+      localizer_.Locate(*map_, tracker_.camera(), {*lost.frame.features, *lost.frame.grid}, PlacePrior()));
   const bool better = located.found && lost.IsBetter(located.agreement);
   last_failure_ = located.found && !better ? LocalizationFailure::kTooFewInliers : located.failure;
   if (!better) {
     ++failed_recoveries_;
     if (output->result.state == TrackingState::kLost) output->result.failure = last_failure_;
-    return;
+    return absl::OkStatus();
   }
   ++recoveries_;
-  Adopt(lost, *located.found);
+  SEMMAP_RETURN_IF_ERROR(Adopt(lost, *located.found));
   const ViewKeyFrame& reference = view_->reference();
   const SE3 map_from_camera = located.found->fix.camera_from_map.Inverse();
   output->frame_pose = FramePose{lost.frame.sequence, lost.frame.timestamp, reference.id,
@@ -76,18 +76,22 @@ void LocalizingSession::Search(const LostFrame& lost, TrackOutput* output) {
   output->result.map_from_camera = map_from_camera;
   output->result.covariance = located.found->fix.covariance;
   output->result.inliers = located.agreement.inliers;
+  return absl::OkStatus();
 }
 
-void LocalizingSession::Adopt(const LostFrame& lost, const MapFix& found) {
-  recovery_ = MakeRecovery(lost.frame, *found.view, found.fix);
-  view_ = found.view;
+absl::Status LocalizingSession::Adopt(const LostFrame& lost, const MapFix& found) {
+  auto recovery = MakeRecovery(lost.frame, *found.view, found.fix);
+  // With the keyframes around, which help to track on.
+  SEMMAP_ASSIGN_OR_RETURN(auto view, map_->ViewAround(recovery->reference, LocalMapViewLimits()));
+  recovery_ = std::move(recovery);
+  view_ = view != nullptr ? std::move(view) : found.view;
+  return absl::OkStatus();
 }
 
-void LocalizingSession::Recenter() {
+absl::Status LocalizingSession::Recenter() {
   std::unordered_map<KeyFrameId, int, IdHash> counts;
   for (const MapPointId id : tracker_.last_points()) {
-    if (!id.IsValid()) continue;
-    for (const Observation& seen : map_->map.FindPoint(id)->observations) ++counts[seen.keyframe];
+    if (id.IsValid()) map_->ForEachObserver(id, [&](KeyFrameId observer) { ++counts[observer]; });
   }
   KeyFrameId best = view_->reference().id;
   double most = kRecenterGain * counts[best];
@@ -97,8 +101,10 @@ void LocalizingSession::Recenter() {
       most = count;
     }
   }
-  if (best != view_->reference().id)
-    view_ = MakeLocalMapView(map_->map, best, map_->version, LocalMapViewLimits());
+  if (best == view_->reference().id) return absl::OkStatus();
+  SEMMAP_ASSIGN_OR_RETURN(auto view, map_->ViewAround(best, LocalMapViewLimits()));
+  if (view != nullptr) view_ = std::move(view);
+  return absl::OkStatus();
 }
 
 void LocalizingSession::Keep(const FramePose& pose) {
@@ -114,8 +120,8 @@ void LocalizingSession::Deliver() {
 
 SessionStats LocalizingSession::Stats() const {
   SessionStats stats;
-  stats.keyframes = static_cast<int>(map_->map.keyframes().size());
-  stats.points = static_cast<int>(map_->map.points().size());
+  stats.keyframes = static_cast<int>(map_->keyframe_count());
+  stats.points = static_cast<int>(map_->point_count());
   stats.frames = frames_;
   stats.tracked_frames = tracked_frames_;
   stats.recoveries = recoveries_;

@@ -14,7 +14,8 @@ namespace semmap {
 // A vehicle that drives in a stored map and never changes it. A frame whose place is not known, at first and
 // after a loss, is looked for in the whole map (MapLocalizer: bounded work, in the thread that brings it);
 // from then on the tracker works in a view that moves along with the vehicle. There is no mapper: nothing
-// happens between frames, and the same frames give the same poses.
+// happens between frames, and the same frames give the same poses. What is not in memory of the map is read
+// in that thread, too; when that fails, so does Track, and the session is over.
 class LocalizingSession : public Session {
  public:
   // `map` is not null. A rig with depth looks with one eye where the map's unit is arbitrary.
@@ -29,10 +30,10 @@ class LocalizingSession : public Session {
 
  private:
   // Looks for a frame whose place is unknown or doubted in the whole map.
-  void Search(const LostFrame& lost, TrackOutput* output);
-  void Adopt(const LostFrame& lost, const MapFix& found);
+  absl::Status Search(const LostFrame& lost, TrackOutput* output);
+  absl::Status Adopt(const LostFrame& lost, const MapFix& found);
   // Moves the view to the keyframe that sees most of what the last frame saw.
-  void Recenter();
+  absl::Status Recenter();
   void Keep(const FramePose& pose);
   void Deliver();
 

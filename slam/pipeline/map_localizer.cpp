@@ -8,6 +8,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "slam/common/status_macros.h"
 #include "slam/pipeline/keyframe_matcher.h"
 
 namespace semmap {
@@ -35,11 +36,12 @@ Eigen::Vector3d ViewingDirection(const SE3& map_from_camera) {
 
 // The prior for keyframes, which may stand beside what it allows: in the other lane, say. How far keyframes
 // are apart is told by the nearest.
-PlacePrior Widened(const Map& map, PlacePrior prior) {
+PlacePrior Widened(const MapSnapshot& map, PlacePrior prior) {
   if (prior.position) {
     double nearest = std::numeric_limits<double>::infinity();
-    for (const auto& [id, keyframe] : map.keyframes())
-      nearest = std::min(nearest, prior.position->DistanceTo(keyframe.Center()));
+    map.ForEachPose([&](const SE3& camera_from_map) {
+      nearest = std::min(nearest, prior.position->DistanceTo(camera_from_map.Inverse().translation()));
+    });
     prior.position->radius += std::max(prior.position->radius, 2 * nearest);
   }
   if (prior.heading)
@@ -70,12 +72,18 @@ bool IsSamePlace(const Hypothesis& a, const SE3& camera_from_map, double shift, 
   return difference.translation().norm() < shift * a.depth && difference.RotationAngle() < turn;
 }
 
+// The keyframes of a view serve to track on; here its points are enough.
+LocalMapViewLimits PointsAround() {
+  LocalMapViewLimits limits;
+  limits.keyframes = 1;
+  return limits;
+}
+
 // One search: collects poses that places suggest.
 class Search {
  public:
-  Search(const Map& map, const MappingCamera& camera, const SearchImage& image, uint32_t seed,
-         uint64_t version)
-      : map_(map), camera_(camera), image_(image), version_(version) {
+  Search(const MapSnapshot& map, const MappingCamera& camera, const SearchImage& image, uint32_t seed)
+      : map_(map), camera_(camera), image_(image) {
     // Weak poses count as well: as rivals, and as the reason of a failure.
     options_.min_inliers = kMinHypothesisInliers;
     options_.min_inlier_share = 0;
@@ -84,35 +92,42 @@ class Search {
   }
 
   // Whether a pose was found already where this keyframe stands.
-  bool IsCovered(const KeyFrame& keyframe) const {
+  bool IsCovered(const SE3& camera_from_map) const {
     return std::any_of(hypotheses_.begin(), hypotheses_.end(), [&](const Hypothesis& known) {
-      return IsSamePlace(known, keyframe.camera_from_map, kNearKeyFrame, kNearKeyFrameTurn);
+      return IsSamePlace(known, camera_from_map, kNearKeyFrame, kNearKeyFrameTurn);
     });
   }
 
-  void Try(const KeyFrame& keyframe, const std::vector<KeypointPair>& pairs) {
+  absl::Status Try(KeyFrameId id, const PlaceCandidate& place, const std::vector<KeypointPair>& pairs) {
     const auto count = static_cast<int>(pairs.size());
     matches_ = std::max(matches_, count);
     if (count < options_.min_matches) {
       Fail(LocalizationFailure::kTooFewMatches);
-      return;
+      return absl::OkStatus();
     }
-    const auto view = MakeLocalMapView(map_, keyframe.id, version_, LocalMapViewLimits());
+    std::shared_ptr<const LocalMapView> view;
+    absl::Status status;
     ViewLocalization located =
-        LocateInView(options_, camera_, map_.scale_info(), *view, view->reference(), pairs, image_);
+        LocateInView(options_, camera_, map_.scale_info(), *place.view, pairs, image_, [&] {
+          auto around = map_.ViewAround(id, PointsAround());
+          status = around.status();
+          if (around.ok()) view = *std::move(around);
+          return view.get();
+        });
     if (located.fix) {
-      Add({view, *std::move(located.fix)}, count);
+      Add({std::move(view), *std::move(located.fix)}, count);
     } else {
       Fail(located.failure);
     }
+    return status;
   }
 
   // Best first, refined, at most one for each place.
-  std::vector<Hypothesis> TakeHypotheses() {
+  absl::StatusOr<std::vector<Hypothesis>> TakeHypotheses() {
     std::vector<Hypothesis> distinct;
     Sort();
     for (Hypothesis& hypothesis : hypotheses_) {
-      Refine(&hypothesis);
+      SEMMAP_RETURN_IF_ERROR(Refine(&hypothesis));
       const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const Hypothesis& other) {
         return IsSamePlace(other, hypothesis.found.fix.camera_from_map, kSamePlaceShift, kSamePlaceTurn);
       });
@@ -142,23 +157,26 @@ class Search {
   }
 
   // The candidate need not be the keyframe that stands nearest: looks again from where the camera is.
-  void Refine(Hypothesis* hypothesis) const {
+  absl::Status Refine(Hypothesis* hypothesis) const {
     const auto seeing = KeyFramesSeeing(map_, hypothesis->found, 1);
-    if (seeing.empty()) return;
+    if (seeing.empty()) return absl::OkStatus();
     auto view = hypothesis->found.view;
-    if (seeing.front() != view->reference().id)
-      view = MakeLocalMapView(map_, seeing.front(), version_, LocalMapViewLimits());
+    if (seeing.front() != view->reference().id) {
+      SEMMAP_ASSIGN_OR_RETURN(view, map_.ViewAround(seeing.front(), PointsAround()));
+      if (view == nullptr) return absl::OkStatus();
+    }
     ViewLocalization again = LocateNear(options_, camera_, map_.scale_info(), *view,
                                         hypothesis->found.fix.camera_from_map, image_);
-    if (!again.fix || again.agreement.inliers < hypothesis->found.fix.agreement.inliers) return;
+    if (!again.fix || again.agreement.inliers < hypothesis->found.fix.agreement.inliers)
+      return absl::OkStatus();
     hypothesis->found = {std::move(view), *std::move(again.fix)};
     hypothesis->depth = MedianDepth(hypothesis->found);
+    return absl::OkStatus();
   }
 
-  const Map& map_;
+  const MapSnapshot& map_;
   const MappingCamera& camera_;
   const SearchImage& image_;
-  const uint64_t version_;
   ViewLocalizerOptions options_;
   std::vector<Hypothesis> hypotheses_;
   int matches_ = 0;
@@ -180,6 +198,50 @@ double RelativeUncertainty(const Hypothesis& hypothesis) {
   return std::sqrt(std::max(0.0, largest)) / hypothesis.depth;
 }
 
+absl::Status TryAll(const std::vector<PlaceMatch>& candidates, const MapSnapshot& map,
+                    const MappingCamera& camera, const SearchImage& image,
+                    const PlaceDescription& description, size_t exhaustive, Search* search) {
+  for (const PlaceMatch& candidate : candidates) {
+    if (search->IsCovered(*map.FindPose(candidate.keyframe))) continue;
+    SEMMAP_ASSIGN_OR_RETURN(const auto place, map.Candidate(candidate.keyframe));
+    if (!place) continue;
+    SEMMAP_RETURN_IF_ERROR(
+        search->Try(candidate.keyframe, *place,
+                    MatchWithinNodes(camera.association, *place->view, place->view->reference(),
+                                     *place->nodes, image.features, description.nodes)));
+  }
+  // Seen from elsewhere, corners change their words before they change their neighbours.
+  for (size_t i = 0; i < std::min(candidates.size(), exhaustive) && search->empty(); ++i) {
+    SEMMAP_ASSIGN_OR_RETURN(const auto place, map.Candidate(candidates[i].keyframe));
+    if (!place) continue;
+    SEMMAP_RETURN_IF_ERROR(search->Try(
+        candidates[i].keyframe, *place,
+        MatchExhaustively(camera.association, *place->view, place->view->reference(), image.features)));
+  }
+  return absl::OkStatus();
+}
+
+// Whether the best of these places, best first and not none, is to be believed.
+void Judge(const RelocalizationConfig& config, const std::vector<Hypothesis>& hypotheses,
+           const PlacePrior& prior, MapLocalization* result) {
+  const Hypothesis& best = hypotheses.front();
+  const ViewFix& fix = best.found.fix;
+  result->matches = best.matches;
+  result->agreement = fix.agreement;
+  if (hypotheses.size() > 1) result->rival_inliers = hypotheses[1].found.fix.agreement.inliers;
+  if (!IsEnough(config, fix.agreement)) {
+    result->failure = LocalizationFailure::kTooFewInliers;
+  } else if (RelativeUncertainty(best) > config.max_uncertainty ||
+             result->rival_inliers > config.max_rival_share * fix.agreement.inliers) {
+    result->failure = LocalizationFailure::kDegeneratePose;
+  } else if (!prior.Admits(fix.camera_from_map.Inverse())) {
+    result->failure = LocalizationFailure::kNoCandidates;
+  } else {
+    result->failure = LocalizationFailure::kNone;
+    result->found = best.found;
+  }
+}
+
 }  // namespace
 
 double PlacePrior::Position::DistanceTo(const Eigen::Vector3d& point_in_map) const {
@@ -192,62 +254,41 @@ bool PlacePrior::Admits(const SE3& map_from_camera) const {
   return !heading || AngleBetween(ViewingDirection(map_from_camera), heading->in_map) <= heading->tolerance;
 }
 
-MapLocalization MapLocalizer::Locate(const Map& map, const PlaceMemory& places, const MappingCamera& camera,
-                                     const SearchImage& image, const PlacePrior& prior,
-                                     uint64_t version) const {
+absl::StatusOr<MapLocalization> MapLocalizer::Locate(const MapSnapshot& map, const MappingCamera& camera,
+                                                     const SearchImage& image,
+                                                     const PlacePrior& prior) const {
   MapLocalization result;
-  if (!places.enabled()) return result;
-  const PlaceDescription description = places.Describe(image.features);
+  if (map.places() == nullptr) return result;
+  const PlaceDescription description = map.Describe(image.features);
   const PlacePrior near_prior = Widened(map, prior);
   const auto candidates =
-      places.index().Query(description.words, static_cast<size_t>(config_.candidates), 0, [&](KeyFrameId id) {
-        const KeyFrame* keyframe = map.FindKeyFrame(id);
-        return keyframe == nullptr || !near_prior.Admits(keyframe->camera_from_map.Inverse());
+      map.places()->Query(description.words, static_cast<size_t>(config_.candidates), 0, [&](KeyFrameId id) {
+        const std::optional<SE3> camera_from_map = map.FindPose(id);
+        return !camera_from_map || !near_prior.Admits(camera_from_map->Inverse());
       });
   result.candidates = static_cast<int>(candidates.size());
 
-  Search search(map, camera, image, seed_, version);
-  for (const PlaceMatch& candidate : candidates) {
-    const KeyFrame& keyframe = *map.FindKeyFrame(candidate.keyframe);
-    if (search.IsCovered(keyframe)) continue;
-    search.Try(keyframe, MatchWithinNodes(camera.association, map, keyframe, *places.NodesOf(keyframe.id),
-                                          image.features, description.nodes));
-  }
-  // Seen from elsewhere, corners change their words before they change their neighbours.
-  const size_t exhaustive = std::min(candidates.size(), static_cast<size_t>(config_.exhaustive_candidates));
-  for (size_t i = 0; i < exhaustive && search.empty(); ++i) {
-    const KeyFrame& keyframe = *map.FindKeyFrame(candidates[i].keyframe);
-    search.Try(keyframe, MatchExhaustively(camera.association, map, keyframe, image.features));
-  }
+  Search search(map, camera, image, seed_);
+  SEMMAP_RETURN_IF_ERROR(TryAll(candidates, map, camera, image, description,
+                                static_cast<size_t>(config_.exhaustive_candidates), &search));
   result.matches = search.matches();
   result.failure = search.failure();
-  std::vector<Hypothesis> hypotheses = search.TakeHypotheses();
-  if (hypotheses.empty()) return result;
-
-  Hypothesis& best = hypotheses.front();
-  const ViewFix& fix = best.found.fix;
-  result.matches = best.matches;
-  result.agreement = fix.agreement;
-  if (hypotheses.size() > 1) result.rival_inliers = hypotheses[1].found.fix.agreement.inliers;
-  if (!IsEnough(config_, fix.agreement)) {
-    result.failure = LocalizationFailure::kTooFewInliers;
-  } else if (RelativeUncertainty(best) > config_.max_uncertainty ||
-             result.rival_inliers > config_.max_rival_share * fix.agreement.inliers) {
-    result.failure = LocalizationFailure::kDegeneratePose;
-  } else if (!prior.Admits(fix.camera_from_map.Inverse())) {
-    result.failure = LocalizationFailure::kNoCandidates;
-  } else {
-    result.failure = LocalizationFailure::kNone;
-    result.found = std::move(best.found);
-  }
+  SEMMAP_ASSIGN_OR_RETURN(const std::vector<Hypothesis> hypotheses, search.TakeHypotheses());
+  if (!hypotheses.empty()) Judge(config_, hypotheses, prior, &result);
   return result;
 }
 
-std::vector<KeyFrameId> KeyFramesSeeing(const Map& map, const MapFix& fix, size_t limit) {
+MapLocalization MapLocalizer::Locate(const Map& map, const PlaceMemory& places, const MappingCamera& camera,
+                                     const SearchImage& image, const PlacePrior& prior,
+                                     uint64_t version) const {
+  return *Locate(MapInMemory(map, places, version), camera, image, prior);
+}
+
+std::vector<KeyFrameId> KeyFramesSeeing(const MapSnapshot& map, const MapFix& fix, size_t limit) {
   std::unordered_map<KeyFrameId, int, IdHash> counts;
   for (const int32_t index : fix.fix.matches) {
-    if (index < 0) continue;
-    for (const Observation& seen : map.FindPoint(fix.view->ids[index])->observations) ++counts[seen.keyframe];
+    if (index >= 0)
+      map.ForEachObserver(fix.view->ids[index], [&](KeyFrameId observer) { ++counts[observer]; });
   }
   std::vector<std::pair<int, KeyFrameId>> ranked;
   for (const auto& [id, count] : counts) ranked.emplace_back(-count, id);
@@ -257,13 +298,13 @@ std::vector<KeyFrameId> KeyFramesSeeing(const Map& map, const MapFix& fix, size_
   return ids;
 }
 
-std::optional<double> ClassAgreement(const Map& map, const MapFix& fix, const FrameFeatures& image) {
+std::optional<double> ClassAgreement(const MapFix& fix, const FrameFeatures& image) {
   int pairs = 0;
   int agreeing = 0;
   for (size_t i = 0; i < fix.fix.matches.size(); ++i) {
     const uint8_t seen = image.keypoints[i].semantic_class;
     if (fix.fix.matches[i] < 0 || seen == kUnknownClass) continue;
-    const uint8_t known = map.FindPoint(fix.view->ids[fix.fix.matches[i]])->semantic_class;
+    const uint8_t known = fix.view->classes[fix.fix.matches[i]];
     if (known == kUnknownClass) continue;
     ++pairs;
     if (known == seen) ++agreeing;

@@ -6,7 +6,9 @@
 
 #include <Eigen/Core>
 
+#include "absl/status/statusor.h"
 #include "slam/map/map.h"
+#include "slam/pipeline/map_snapshot.h"
 #include "slam/pipeline/mapping_camera.h"
 #include "slam/pipeline/place_memory.h"
 #include "slam/pipeline/slam_config.h"
@@ -37,7 +39,8 @@ struct PlacePrior {
 
 // Where an image was found in a map.
 struct MapFix {
-  // The surroundings in which it was found, around view->reference(), a keyframe that sees much of it.
+  // The points among which it was found, around view->reference(), a keyframe that sees much of it and the
+  // only one in the view.
   std::shared_ptr<const LocalMapView> view;
   ViewFix fix;
 };
@@ -62,11 +65,16 @@ struct MapLocalization {
 // is refined among the points of the keyframe that sees most of it; it is accepted by inliers, by their share
 // of what should be in sight there, by how well they fix the camera, and only if no other place has
 // comparable support. Holds no state; deterministic; thread-safe as long as nobody changes map and places.
+// What surrounds a place is looked at only once the keyframe's own points give a pose: hardly any place that
+// merely looks alike gets that far, and to read the surroundings of a stored map is most of the work.
 class MapLocalizer {
  public:
   MapLocalizer(const RelocalizationConfig& config, uint32_t seed) : config_(config), seed_(seed) {}
 
-  // `version` becomes the view's.
+  // A status is one of reading the map.
+  absl::StatusOr<MapLocalization> Locate(const MapSnapshot& map, const MappingCamera& camera,
+                                         const SearchImage& image, const PlacePrior& prior) const;
+  // In a map in memory; `version` becomes the view's.
   MapLocalization Locate(const Map& map, const PlaceMemory& places, const MappingCamera& camera,
                          const SearchImage& image, const PlacePrior& prior, uint64_t version) const;
 
@@ -76,10 +84,10 @@ class MapLocalizer {
 };
 
 // Keyframes that see the points of the fix, those that see most first (of equal ones the smaller id).
-std::vector<KeyFrameId> KeyFramesSeeing(const Map& map, const MapFix& fix, size_t limit);
+std::vector<KeyFrameId> KeyFramesSeeing(const MapSnapshot& map, const MapFix& fix, size_t limit);
 
 // Share of the matched points whose class is that of the image's keypoint. nullopt when no pair has classes
 // on both sides.
-std::optional<double> ClassAgreement(const Map& map, const MapFix& fix, const FrameFeatures& image);
+std::optional<double> ClassAgreement(const MapFix& fix, const FrameFeatures& image);
 
 }  // namespace semmap

@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "slam/map/keyframe.h"
+#include "slam/pipeline/place_describer.h"
 #include "slam/place/place_index.h"
 #include "slam/place/vocabulary.h"
 #include "slam/semantics/taxonomy.h"
@@ -22,7 +23,7 @@ class PlaceMemory {
 
   bool enabled() const { return index_.has_value(); }
   // This one and index() need a vocabulary.
-  PlaceDescription Describe(const FrameFeatures& features) const;
+  PlaceDescription Describe(const FrameFeatures& features) const { return describer_->Describe(features); }
 
   void Add(const KeyFrame& keyframe);
   void Remove(KeyFrameId id);
@@ -34,8 +35,8 @@ class PlaceMemory {
   const DirectIndex* NodesOf(KeyFrameId id) const;
 
  private:
+  std::optional<PlaceDescriber> describer_;
   std::optional<PlaceIndex> index_;
-  ClassSet inactive_;
   std::unordered_map<KeyFrameId, DirectIndex, IdHash> nodes_;
 };
 

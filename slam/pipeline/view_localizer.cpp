@@ -22,7 +22,7 @@ class Localizer {
  public:
   Localizer(const MappingCamera& camera, const ScalePyramidInfo& scale_info, const LocalMapView& view,
             const SearchImage& image)
-      : camera_(camera), scale_info_(scale_info), view_(view), image_(image) {
+      : camera_(camera), scale_info_(scale_info), view_(&view), image_(image) {
     fix_.matches.assign(image.features.size(), -1);
   }
 
@@ -31,7 +31,7 @@ class Localizer {
     std::vector<Eigen::Vector3d> points;
     std::vector<Eigen::Vector2d> pixels;
     for (const KeypointPair& pair : pairs) {
-      points.push_back(view_.positions[keyframe.point_of_keypoint[pair.first]]);
+      points.push_back(view_->positions[keyframe.point_of_keypoint[pair.first]]);
       const Keypoint& keypoint = image_.features.keypoints[pair.second];
       pixels.emplace_back(keypoint.x, keypoint.y);
     }
@@ -57,10 +57,13 @@ class Localizer {
     search.near_depth = camera_.near_depth;
     search.association = camera_.association;
     SightingCounters counters;
-    counters.visible.assign(view_.size(), 0);
-    fix_.agreement = MatchLocalMap(view_, fix_.camera_from_map, image_, search, &counters, &fix_.matches);
+    counters.visible.assign(view_->size(), 0);
+    fix_.agreement = MatchLocalMap(*view_, fix_.camera_from_map, image_, search, &counters, &fix_.matches);
     Refine();
   }
+
+  // A view that begins with the points of the last one.
+  void LookIn(const LocalMapView& view) { view_ = &view; }
 
   void StartAt(const SE3& camera_from_map) { fix_.camera_from_map = camera_from_map; }
 
@@ -83,7 +86,7 @@ class Localizer {
       if (fix_.matches[i] < 0) continue;
       const Keypoint& keypoint = image_.features.keypoints[i];
       observations.push_back(
-          {view_.positions[fix_.matches[i]],
+          {view_->positions[fix_.matches[i]],
            {keypoint.x, keypoint.y, keypoint.right_x, scale_info_.inverse_sigma2[keypoint.octave]}});
       keypoints.push_back(i);
     }
@@ -95,22 +98,20 @@ class Localizer {
     fix_.camera_from_map = estimate.camera_from_map;
     fix_.covariance = estimate.covariance;
     fix_.agreement.inliers = fix_.agreement.near_inliers = 0;
-    CountInliers(view_, fix_.camera_from_map, camera_.near_depth, fix_.matches, &fix_.agreement);
+    CountInliers(*view_, fix_.camera_from_map, camera_.near_depth, fix_.matches, &fix_.agreement);
   }
 
   const MappingCamera& camera_;
   const ScalePyramidInfo& scale_info_;
-  const LocalMapView& view_;
+  const LocalMapView* view_;
   const SearchImage& image_;
   ViewFix fix_;
 };
 
-}  // namespace
-
-ViewLocalization LocateInView(const ViewLocalizerOptions& options, const MappingCamera& camera,
-                              const ScalePyramidInfo& scale_info, const LocalMapView& view,
-                              const ViewKeyFrame& keyframe, const std::vector<KeypointPair>& pairs,
-                              const SearchImage& image) {
+ViewLocalization Locate(const ViewLocalizerOptions& options, const MappingCamera& camera,
+                        const ScalePyramidInfo& scale_info, const LocalMapView& view,
+                        const ViewKeyFrame& keyframe, const std::vector<KeypointPair>& pairs,
+                        const SearchImage& image, absl::FunctionRef<const LocalMapView*()> surroundings) {
   ViewLocalization result;
   result.matches = static_cast<int>(pairs.size());
   if (result.matches < options.min_matches) {
@@ -118,15 +119,33 @@ ViewLocalization LocateInView(const ViewLocalizerOptions& options, const Mapping
     return result;
   }
   Localizer localizer(camera, scale_info, view, image);
-  if (!localizer.FindPose(keyframe, pairs, options)) {
+  const LocalMapView* around = localizer.FindPose(keyframe, pairs, options) ? surroundings() : nullptr;
+  if (around == nullptr) {
     result.failure = LocalizationFailure::kDegeneratePose;
     return result;
   }
+  localizer.LookIn(*around);
   localizer.SearchAround(kRoughRadius);
   localizer.SearchAround(kGoodRadius);
   ViewLocalization judged = localizer.Judge(options);
   judged.matches = result.matches;
   return judged;
+}
+
+}  // namespace
+
+ViewLocalization LocateInView(const ViewLocalizerOptions& options, const MappingCamera& camera,
+                              const ScalePyramidInfo& scale_info, const LocalMapView& view,
+                              const ViewKeyFrame& keyframe, const std::vector<KeypointPair>& pairs,
+                              const SearchImage& image) {
+  return Locate(options, camera, scale_info, view, keyframe, pairs, image, [&] { return &view; });
+}
+
+ViewLocalization LocateInView(const ViewLocalizerOptions& options, const MappingCamera& camera,
+                              const ScalePyramidInfo& scale_info, const LocalMapView& own,
+                              const std::vector<KeypointPair>& pairs, const SearchImage& image,
+                              absl::FunctionRef<const LocalMapView*()> surroundings) {
+  return Locate(options, camera, scale_info, own, own.reference(), pairs, image, surroundings);
 }
 
 ViewLocalization LocateNear(const ViewLocalizerOptions& options, const MappingCamera& camera,

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "slam/geometry/se3.h"
 #include "slam/map/local_map_view.h"
 #include "slam/pipeline/agreement.h"
@@ -48,6 +49,13 @@ ViewLocalization LocateInView(const ViewLocalizerOptions& options, const Mapping
                               const ScalePyramidInfo& scale_info, const LocalMapView& view,
                               const ViewKeyFrame& keyframe, const std::vector<KeypointPair>& pairs,
                               const SearchImage& image);
+
+// The same where at first only the keyframe and its own points are at hand, as the view `own`: `surroundings`
+// is asked once, when these give a pose, for a view that begins with the same points, or nullptr to give up.
+ViewLocalization LocateInView(const ViewLocalizerOptions& options, const MappingCamera& camera,
+                              const ScalePyramidInfo& scale_info, const LocalMapView& own,
+                              const std::vector<KeypointPair>& pairs, const SearchImage& image,
+                              absl::FunctionRef<const LocalMapView*()> surroundings);
 
 // The same for an image whose pose is known but for a few pixels: guided search and refinement alone.
 ViewLocalization LocateNear(const ViewLocalizerOptions& options, const MappingCamera& camera,

@@ -48,6 +48,20 @@ void PlaceIndex::Add(KeyFrameId keyframe, BagOfWords words) {
   }
 }
 
+void PlaceIndex::AddAll(std::vector<std::pair<KeyFrameId, BagOfWords>> keyframes) {
+  // Each list gets its memory at once: grown one by one, they cost more than all else.
+  std::vector<uint32_t> counts(postings_.size(), 0);
+  for (const auto& [id, words] : keyframes) {
+    for (const WordWeight& word : KnownWords(words)) ++counts[word.word];
+  }
+  for (size_t word = 0; word < counts.size(); ++word) {
+    if (counts[word] > 0) postings_[word].reserve(postings_[word].size() + counts[word]);
+  }
+  entries_.reserve(entries_.size() + keyframes.size());
+  slots_.reserve(slots_.size() + keyframes.size());
+  for (auto& [id, words] : keyframes) Add(id, std::move(words));
+}
+
 void PlaceIndex::Remove(KeyFrameId keyframe) {
   const auto found = entries_.find(keyframe);
   if (found == entries_.end()) return;

@@ -71,12 +71,12 @@ Vocabulary::Place Vocabulary::Descend(const Descriptor& descriptor) const {
   return place;
 }
 
-BagOfWords Vocabulary::Weigh(std::vector<WordId> words) const {
-  std::sort(words.begin(), words.end());
+BagOfWords Vocabulary::Weigh(std::span<const WordId> words) const {
   BagOfWords bag;
   bag.reserve(words.size());
   double sum = 0;
   for (const WordId word : words) {
+    if (word >= view_.idf.size()) break;
     const float idf = view_.idf[word];
     if (idf == 0) continue;
     if (bag.empty() || bag.back().word != word) bag.push_back({word, 0});
@@ -97,7 +97,16 @@ PlaceDescription Vocabulary::Describe(std::span<const Descriptor> descriptors) c
     words.push_back(place.word);
     nodes.push_back(place.direct_node);
   }
-  return {Weigh(std::move(words)), GroupByNode(nodes)};
+  std::sort(words.begin(), words.end());
+  return {Weigh(words), GroupByNode(nodes)};
+}
+
+std::vector<WordId> Vocabulary::WordsOf(std::span<const Descriptor> descriptors) const {
+  std::vector<WordId> words;
+  words.reserve(descriptors.size());
+  for (const Descriptor& descriptor : descriptors) words.push_back(Descend(descriptor).word);
+  std::sort(words.begin(), words.end());
+  return words;
 }
 
 absl::StatusOr<std::shared_ptr<const Vocabulary>> LoadVocabulary(const PlaceConfig& config) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "slam/common/mapped_file.h"
@@ -32,6 +33,9 @@ class Vocabulary {
   // number of descriptors that fell on it times its idf, divided by the sum over all words; words of idf 0
   // are left out.
   PlaceDescription Describe(std::span<const Descriptor> descriptors) const;
+  // The word of each descriptor, ascending; and the bag that Describe makes of such words.
+  std::vector<WordId> WordsOf(std::span<const Descriptor> descriptors) const;
+  BagOfWords Weigh(std::span<const WordId> words) const;
 
   size_t words() const { return view_.idf.size(); }
   size_t branching() const { return view_.branching; }
@@ -52,7 +56,6 @@ class Vocabulary {
   Vocabulary(Memory memory, const VocabularyView& view, uint64_t id)
       : memory_(std::move(memory)), view_(view), id_(id) {}
   Place Descend(const Descriptor& descriptor) const;
-  BagOfWords Weigh(std::vector<WordId> words) const;
 
   Memory memory_;
   VocabularyView view_;

@@ -1,6 +1,7 @@
 #include "storage/sqlite/delta_writer.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "slam/common/status_macros.h"
@@ -40,12 +41,12 @@ bool ChangesMap(const MapDelta& delta) {
 class DeltaWriter {
  public:
   DeltaWriter(Connection& connection, MapId map, SessionId session, SessionProgress progress,
-              size_t max_keypoints)
+              FeatureWriting writing)
       : connection_(connection),
         map_(map),
         session_(session),
         progress_(progress),
-        max_keypoints_(max_keypoints) {}
+        writing_(std::move(writing)) {}
 
   absl::Status Write(const MapDelta& delta) {
     if (delta.reset) SEMMAP_RETURN_IF_ERROR(Reset());
@@ -74,8 +75,8 @@ class DeltaWriter {
 
   absl::Status WriteKeyFrames(const MapDelta& delta) {
     for (const KeyFrameRecord& keyframe : delta.added_keyframes) {
-      SEMMAP_RETURN_IF_ERROR(InsertKeyFrame(connection_, map_, session_, keyframe, SeenBy(delta, keyframe),
-                                            max_keypoints_, &buffer_));
+      SEMMAP_RETURN_IF_ERROR(
+          InsertKeyFrame(connection_, map_, session_, keyframe, SeenBy(delta, keyframe), &writing_));
       ++growth_.keyframes;
       growth_.last_keyframe_id = std::max(growth_.last_keyframe_id, keyframe.id);
       NoteSequence(keyframe.sequence);
@@ -105,7 +106,7 @@ class DeltaWriter {
 
   absl::Status WriteObservationRows(const MapDelta& delta) {
     for (const KeyFrameObservations& observations : delta.observations) {
-      SEMMAP_RETURN_IF_ERROR(WriteObservations(connection_, map_, observations, &buffer_));
+      SEMMAP_RETURN_IF_ERROR(WriteObservations(connection_, map_, observations, &writing_));
     }
     return absl::OkStatus();
   }
@@ -143,18 +144,17 @@ class DeltaWriter {
   const MapId map_;
   const SessionId session_;
   SessionProgress progress_;
-  const size_t max_keypoints_;
+  FeatureWriting writing_;
   MapGrowth growth_;
-  ByteWriter buffer_;
 };
 
 }  // namespace
 
 absl::Status WriteDelta(Connection& connection, MapId map, SessionId session, const MapDelta& delta,
-                        size_t max_keypoints) {
+                        size_t max_keypoints, const PlaceWording* wording) {
   SEMMAP_ASSIGN_OR_RETURN(const SessionProgress progress, ReadProgress(connection, map, session));
   SEMMAP_RETURN_IF_ERROR(CheckVersion(progress.delta_version, delta.version));
-  return DeltaWriter(connection, map, session, progress, max_keypoints).Write(delta);
+  return DeltaWriter(connection, map, session, progress, {max_keypoints, wording, {}}).Write(delta);
 }
 
 }  // namespace semmap::storage::sqlite

@@ -7,8 +7,8 @@
 namespace semmap::storage::sqlite {
 
 // MapStore::Apply inside the caller's transaction, which must be rolled back when this fails. `delta` was
-// validated.
+// validated. Words are stored along when there is a wording (not null).
 absl::Status WriteDelta(Connection& connection, MapId map, SessionId session, const MapDelta& delta,
-                        size_t max_keypoints);
+                        size_t max_keypoints, const PlaceWording* wording);
 
 }  // namespace semmap::storage::sqlite

@@ -8,6 +8,7 @@
 #include "storage/feature_codec.h"
 #include "storage/keypoint_selection.h"
 #include "storage/sqlite/query.h"
+#include "storage/sqlite/word_rows.h"
 
 namespace semmap::storage::sqlite {
 namespace {
@@ -24,6 +25,18 @@ absl::Status InsertPart(Connection& connection, MapId map, KeyFrameId keyframe, 
                         BlobView features) {
   Query insert(connection, kInsert);
   return insert.Bind(map).Bind(keyframe).BindBlob(kept).BindBlob(features).Run();
+}
+
+// The keypoints at these positions.
+FrameFeatures Select(const FrameFeatures& features, std::span<const uint32_t> positions) {
+  FrameFeatures selected;
+  selected.keypoints.reserve(positions.size());
+  selected.descriptors.reserve(positions.size());
+  for (const uint32_t position : positions) {
+    selected.keypoints.push_back(features.keypoints[position]);
+    selected.descriptors.push_back(features.descriptors[position]);
+  }
+  return selected;
 }
 
 absl::Status Contradiction() { return absl::DataLossError("a keypoint is stored twice"); }
@@ -71,19 +84,27 @@ struct Parts {
 }  // namespace
 
 absl::Status InsertFeatures(Connection& connection, MapId map, const KeyFrameRecord& keyframe,
-                            std::span<const MapPointId> point_of_keypoint, size_t max_keypoints,
-                            ByteWriter* buffer) {
-  const size_t count = keyframe.features->size();
-  const std::vector<uint32_t> kept = SelectKeypoints(count, point_of_keypoint, max_keypoints);
-  EncodeFeatures(*keyframe.features, kept, buffer);
-  return InsertPart(connection, map, keyframe.id, EncodeIndexSet(count, kept), buffer->view());
+                            std::span<const MapPointId> point_of_keypoint, FeatureWriting* writing) {
+  const FrameFeatures& features = *keyframe.features;
+  const std::vector<uint32_t> kept =
+      SelectKeypoints(features.size(), point_of_keypoint, writing->max_keypoints);
+  EncodeFeatures(features, kept, &writing->buffer);
+  SEMMAP_RETURN_IF_ERROR(InsertPart(connection, map, keyframe.id, EncodeIndexSet(features.size(), kept),
+                                    writing->buffer.view()));
+  if (writing->wording == nullptr) return absl::OkStatus();
+  return WriteWords(connection, map, writing->wording->vocabulary,
+                    {keyframe.id, writing->wording->words_of(Select(features, kept))}, &writing->buffer);
 }
 
 absl::Status AddFeatures(Connection& connection, MapId map, KeyFrameId keyframe,
                          const FrameFeatures& features, std::span<const uint32_t> positions,
-                         std::span<const uint32_t> indices, size_t keypoint_count, ByteWriter* buffer) {
-  EncodeFeatures(features, positions, buffer);
-  return InsertPart(connection, map, keyframe, EncodeIndexSet(keypoint_count, indices), buffer->view());
+                         std::span<const uint32_t> indices, size_t keypoint_count, FeatureWriting* writing) {
+  EncodeFeatures(features, positions, &writing->buffer);
+  SEMMAP_RETURN_IF_ERROR(
+      InsertPart(connection, map, keyframe, EncodeIndexSet(keypoint_count, indices), writing->buffer.view()));
+  if (writing->wording == nullptr) return EraseWords(connection, map, keyframe);
+  return AddWords(connection, map, writing->wording->vocabulary,
+                  {keyframe, writing->wording->words_of(Select(features, positions))}, &writing->buffer);
 }
 
 absl::StatusOr<std::vector<uint32_t>> ReadKeptKeypoints(Connection& connection, MapId map,

@@ -115,7 +115,7 @@ absl::StatusOr<std::vector<uint32_t>> FrameIndices(const KeyFrameObservations& o
 // Stores the keypoints that see a point and were left out so far.
 absl::Status StoreNewlySeen(Connection& connection, MapId map, const KeyFrameObservations& observations,
                             const std::vector<uint32_t>& frame_index, const std::vector<uint32_t>& kept,
-                            size_t keypoint_count, ByteWriter* buffer) {
+                            size_t keypoint_count, FeatureWriting* writing) {
   std::vector<uint32_t> positions;
   std::vector<uint32_t> indices;
   for (uint32_t i = 0; i < frame_index.size(); ++i) {
@@ -130,16 +130,16 @@ absl::Status StoreNewlySeen(Connection& connection, MapId map, const KeyFrameObs
                   "a point is seen through a keypoint that is not stored, and no features come along");
   }
   return AddFeatures(connection, map, observations.id, *observations.features, positions, indices,
-                     keypoint_count, buffer);
+                     keypoint_count, writing);
 }
 
 }  // namespace
 
 absl::Status InsertKeyFrame(Connection& connection, MapId map, SessionId session,
                             const KeyFrameRecord& keyframe, std::span<const MapPointId> point_of_keypoint,
-                            size_t max_keypoints, ByteWriter* buffer) {
+                            FeatureWriting* writing) {
   SEMMAP_RETURN_IF_ERROR(InsertRow(connection, map, session, keyframe));
-  SEMMAP_RETURN_IF_ERROR(InsertFeatures(connection, map, keyframe, point_of_keypoint, max_keypoints, buffer));
+  SEMMAP_RETURN_IF_ERROR(InsertFeatures(connection, map, keyframe, point_of_keypoint, writing));
   return PutKeyFrameCell(connection, map, keyframe.id,
                          CellOf(keyframe.map_from_camera.translation(), kKeyFrameCell));
 }
@@ -163,22 +163,22 @@ absl::Status MoveKeyFrame(Connection& connection, MapId map, const KeyFramePose&
 }
 
 absl::Status WriteObservations(Connection& connection, MapId map, const KeyFrameObservations& observations,
-                               ByteWriter* buffer) {
+                               FeatureWriting* writing) {
   SEMMAP_ASSIGN_OR_RETURN(const size_t keypoint_count, ReadKeypointCount(connection, map, observations));
   SEMMAP_ASSIGN_OR_RETURN(const std::vector<uint32_t> kept,
                           ReadKeptKeypoints(connection, map, observations.id, keypoint_count));
   SEMMAP_ASSIGN_OR_RETURN(const std::vector<uint32_t> frame_index,
                           FrameIndices(observations, keypoint_count, kept));
   SEMMAP_RETURN_IF_ERROR(
-      StoreNewlySeen(connection, map, observations, frame_index, kept, keypoint_count, buffer));
+      StoreNewlySeen(connection, map, observations, frame_index, kept, keypoint_count, writing));
   std::vector<MapPointId> point_of_keypoint(keypoint_count);
   for (size_t i = 0; i < frame_index.size(); ++i) {
     point_of_keypoint[frame_index[i]] = observations.point_of_keypoint[i];
   }
-  const uint32_t count = EncodeObservations(point_of_keypoint, buffer);
+  const uint32_t count = EncodeObservations(point_of_keypoint, &writing->buffer);
   SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kUpdateObservationCount, count, map, observations.id));
   Query upsert(connection, kUpsertObservations);
-  return upsert.Bind(map).Bind(observations.id).BindBlob(buffer->view()).Run();
+  return upsert.Bind(map).Bind(observations.id).BindBlob(writing->buffer.view()).Run();
 }
 
 absl::Status RemoveKeyFrame(Connection& connection, MapId map, const RemovedKeyFrame& removal) {

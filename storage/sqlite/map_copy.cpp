@@ -28,6 +28,7 @@ struct CopyStatements {
   const char* keyframes;
   const char* features;
   const char* observations;
+  const char* words;
   const char* keyframe_cells;
   const char* points;
   const char* frames;
@@ -64,6 +65,8 @@ struct CopyStatements {
                                                                                   "keyframe_features"),      \
         "INSERT INTO main.keyframe_observations (map_id, keyframe_id, observations) "                        \
         "SELECT ?1, keyframe_id, observations" SEMMAP_OF_COPIED_KEYFRAMES(source, "keyframe_observations"),  \
+        "INSERT INTO main.keyframe_words (map_id, keyframe_id, vocabulary, words) "                          \
+        "SELECT ?1, keyframe_id, vocabulary, words" SEMMAP_OF_COPIED_KEYFRAMES(source, "keyframe_words"),    \
         "INSERT INTO main.keyframe_cells SELECT (?1 << 40) | (id & 1099511627775), 2 * ?1, 2 * ?1 + 1, "     \
         "x_min, x_max, "                                                                                     \
         "y_min, y_max, z_min, z_max FROM " source                                                            \
@@ -166,6 +169,9 @@ absl::StatusOr<int64_t> MapCopy::CopyKeyFrames(Connection& connection) const {
                           Run(connection, StatementsOf(from_).keyframes, copy_, source_, kKeyFramesPerStep));
   SEMMAP_RETURN_IF_ERROR(RunQuery(connection, StatementsOf(from_).features, copy_, source_));
   SEMMAP_RETURN_IF_ERROR(RunQuery(connection, StatementsOf(from_).observations, copy_, source_));
+  // A file that comes from elsewhere is not believed what its features look like, and so need not say it.
+  if (from_ == From::kSameDatabase)
+    SEMMAP_RETURN_IF_ERROR(RunQuery(connection, StatementsOf(from_).words, copy_, source_));
   return copied;
 }
 

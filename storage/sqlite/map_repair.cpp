@@ -195,7 +195,7 @@ class Repair {
       }
       SEMMAP_RETURN_IF_ERROR(observations.status());
       KeepSound(&*observations);
-      SEMMAP_RETURN_IF_ERROR(WriteObservations(connection_, map_, *observations, &buffer_));
+      SEMMAP_RETURN_IF_ERROR(WriteObservations(connection_, map_, *observations, &writing_));
     }
     return absl::OkStatus();
   }
@@ -272,7 +272,7 @@ class Repair {
 
   Connection& connection_;
   const MapId map_;
-  ByteWriter buffer_;
+  FeatureWriting writing_;
   std::map<KeyFrameId, KeyFrameFacts> keyframes_;
   std::vector<KeyFrameId> broken_;
   std::map<MapPointId, PointFacts> points_;

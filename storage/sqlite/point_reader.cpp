@@ -18,6 +18,8 @@ constexpr size_t kMaxCandidates = size_t{1} << 22;
   "point_id, x, y, z, semantic_class, class_confidence, observation_count, first_seen, last_seen, " \
   "reference_keyframe_id, appearance, cell_key"
 constexpr char kSelectOne[] = "SELECT " SEMMAP_POINT_COLUMNS " FROM points WHERE point_key = ?";
+constexpr char kSelectRange[] =
+    "SELECT " SEMMAP_POINT_COLUMNS " FROM points WHERE point_key BETWEEN ? AND ? ORDER BY point_key";
 constexpr char kSelectInCell[] = "SELECT point_id FROM points WHERE map_id = ? AND cell_key = ?";
 
 // What can be told from the columns, before the rest is decoded.
@@ -155,6 +157,19 @@ absl::StatusOr<std::vector<MapPointRecord>> ReadPoints(Connection& connection, M
     select.Reset();
   }
   return points;
+}
+
+absl::Status VisitPointRange(Connection& connection, MapId map, MapPointId first, MapPointId last,
+                             absl::FunctionRef<void(const MapPointRecord&)> visit) {
+  Query rows(connection, kSelectRange);
+  rows.Bind(PointKey(map, first)).Bind(PointKey(map, last));
+  MapPointRecord point;
+  while (true) {
+    SEMMAP_ASSIGN_OR_RETURN(const bool row, rows.Step());
+    if (!row) return absl::OkStatus();
+    SEMMAP_RETURN_IF_ERROR(ReadPointRow(rows, &point));
+    visit(point);
+  }
 }
 
 }  // namespace semmap::storage::sqlite

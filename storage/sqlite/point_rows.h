@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "absl/container/flat_hash_set.h"
+#include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
 #include "storage/byte_buffer.h"
 #include "storage/cell_grid.h"
@@ -54,6 +55,10 @@ absl::Status VisitPoints(Connection& connection, MapId map, const MapPointQuery&
                          const MapPointVisitor& visit);
 absl::StatusOr<std::vector<MapPointRecord>> ReadPoints(Connection& connection, MapId map,
                                                        std::span<const MapPointId> ids);
+
+// The points with ids in [first, last], ascending.
+absl::Status VisitPointRange(Connection& connection, MapId map, MapPointId first, MapPointId last,
+                             absl::FunctionRef<void(const MapPointRecord&)> visit);
 
 // All rows in order of ids, for those that read every point whatever it holds: step `rows` and read each with
 // ReadPointRow, which answers DATA_LOSS (with point->id set) for a row that cannot be.

@@ -21,6 +21,8 @@
 #include "storage/sqlite/keyframe_rows.h"
 #include "storage/sqlite/map_copy.h"
 #include "storage/sqlite/map_file.h"
+#include "storage/sqlite/map_outline_rows.h"
+#include "storage/sqlite/map_part_rows.h"
 #include "storage/sqlite/map_repair.h"
 #include "storage/sqlite/map_rows.h"
 #include "storage/sqlite/migrations.h"
@@ -30,6 +32,7 @@
 #include "storage/sqlite/summary.h"
 #include "storage/sqlite/transaction.h"
 #include "storage/sqlite/whole_map.h"
+#include "storage/sqlite/word_rows.h"
 #include "storage/validation.h"
 
 namespace semmap::storage::sqlite {
@@ -158,8 +161,9 @@ class SqliteMapStore final : public MapStore {
 
   absl::Status Apply(MapId map, SessionId session, const MapDelta& delta) override {
     SEMMAP_RETURN_IF_ERROR(ValidateDelta(delta));
-    return Write(
-        [&](Connection& connection) { return WriteDelta(connection, map, session, delta, max_keypoints_); });
+    return Write([&](Connection& connection) ABSL_EXCLUSIVE_LOCKS_REQUIRED(writer_mutex_) {
+      return WriteDelta(connection, map, session, delta, max_keypoints_, wording_ ? &*wording_ : nullptr);
+    });
   }
 
   absl::Status ForEachMapPoint(MapId map, const MapPointQuery& query, const MapPointVisitor& visit) override {
@@ -195,6 +199,32 @@ class SqliteMapStore final : public MapStore {
 
   absl::Status ReadWhole(MapId map, MapReader* reader) override {
     return ReadOfMap(map, [&](Connection& connection) { return ReadWholeMap(connection, map, reader); });
+  }
+
+  absl::Status ReadOutline(MapId map, uint64_t vocabulary, MapOutlineReader* reader) override {
+    return ReadOfMap(
+        map, [&](Connection& connection) { return ReadMapOutline(connection, map, vocabulary, reader); });
+  }
+
+  absl::Status ReadParts(MapId map, absl::FunctionRef<absl::Status(MapPartReader&)> read) override {
+    return ReadOfMap(map, [&](Connection& connection) { return ReadMapParts(connection, map, read); });
+  }
+
+  void StoreWordsBy(PlaceWording wording) override {
+    MutexLock lock(&writer_mutex_);
+    wording_ = std::move(wording);
+  }
+
+  absl::Status StoreWords(MapId map, uint64_t version, uint64_t vocabulary,
+                          std::span<const KeyFrameWords> keyframes) override {
+    return Write([&](Connection& connection) -> absl::Status {
+      SEMMAP_ASSIGN_OR_RETURN(const MapInfo info, ReadMap(connection, map));
+      if (info.version != version) return absl::AbortedError("the map has changed");
+      ByteWriter buffer;
+      for (const KeyFrameWords& words : keyframes)
+        SEMMAP_RETURN_IF_ERROR(WriteWords(connection, map, vocabulary, words, &buffer));
+      return absl::OkStatus();
+    });
   }
 
   absl::StatusOr<MapSummary> Summarize(MapId map) override {
@@ -300,6 +330,7 @@ class SqliteMapStore final : public MapStore {
   const std::unique_ptr<Checkpointer> checkpointer_;
   Mutex writer_mutex_;
   const std::unique_ptr<Connection> writer_ ABSL_PT_GUARDED_BY(writer_mutex_);
+  std::optional<PlaceWording> wording_ ABSL_GUARDED_BY(writer_mutex_);
   ReaderPool readers_;
 };
 

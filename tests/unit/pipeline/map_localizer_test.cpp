@@ -50,7 +50,7 @@ TEST_P(MapLocalizerTest, FindsACameraBesideTheDrive) {
     EXPECT_GE(located.matches, 15);
     EXPECT_EQ(located.found->view->version, 7U);
     // The keyframe that sees most stands where the camera is.
-    const auto seeing = KeyFramesSeeing(*map_, *located.found, 3);
+    const auto seeing = KeyFramesSeeing(MapInMemory(*map_, *places_, 7), *located.found, 3);
     ASSERT_EQ(seeing.size(), 3U);
     EXPECT_LT((map_->FindKeyFrame(seeing.front())->Center() - world_from_camera.translation()).norm(), 4);
   }
@@ -123,29 +123,21 @@ FrameFeatures FeaturesOfClasses(const std::vector<uint8_t>& classes) {
   return features;
 }
 
-TEST(ClassAgreementTest, TheMajorityOfKeypointsIsThePointsClass) {
-  Map map(RingWorld::ScaleInfo());
-  const std::vector<std::vector<uint8_t>> classes = {{10, 1, 255}, {10, 7, 255}, {4, 7, 255}};
-  for (size_t i = 0; i < classes.size(); ++i) {
-    KeyFrame keyframe;
-    keyframe.id = KeyFrameId(i + 1);
-    keyframe.features = std::make_shared<FrameFeatures>(FeaturesOfClasses(classes[i]));
-    keyframe.points.resize(classes[i].size());
-    map.AddKeyFrame(std::move(keyframe));
-  }
+TEST(ClassAgreementTest, CountsPairsWithClassesOnBothSides) {
   auto view = std::make_shared<LocalMapView>();
-  for (uint32_t point = 0; point < 3; ++point) {
-    view->ids.push_back(map.AddPoint(Eigen::Vector3d::Zero(), KeyFrameId(1)));
-    for (uint64_t keyframe = 1; keyframe <= 3; ++keyframe)
-      map.AddObservation(view->ids.back(), KeyFrameId(keyframe), point);
+  for (const uint8_t semantic_class : std::vector<uint8_t>{10, 7, 255}) {
+    ViewPoint point;
+    point.id = MapPointId(view->size() + 1);
+    point.semantic_class = semantic_class;
+    view->Add(point);
   }
   MapFix fix{view, {}};
   fix.fix.matches = {0, 1, 2, -1, 0};
   // 10 agrees, 1 does not, of the third point nothing is known, the fourth keypoint sees nothing, the fifth
   // has no class.
-  EXPECT_EQ(ClassAgreement(map, fix, FeaturesOfClasses({10, 1, 5, 10, 255})), 0.5);
-  EXPECT_EQ(ClassAgreement(map, fix, FeaturesOfClasses({10, 7, 5, 10, 255})), 1.0);
-  EXPECT_FALSE(ClassAgreement(map, fix, FeaturesOfClasses({255, 255, 5, 10, 255})).has_value());
+  EXPECT_EQ(ClassAgreement(fix, FeaturesOfClasses({10, 1, 5, 10, 255})), 0.5);
+  EXPECT_EQ(ClassAgreement(fix, FeaturesOfClasses({10, 7, 5, 10, 255})), 1.0);
+  EXPECT_FALSE(ClassAgreement(fix, FeaturesOfClasses({255, 255, 5, 10, 255})).has_value());
 }
 
 TEST(PlacePriorTest, AdmitsWhatItSays) {

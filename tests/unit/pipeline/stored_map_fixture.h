@@ -11,6 +11,7 @@
 #include "tests/support/map_collector.h"
 #include "tests/support/room_drive.h"
 #include "tests/support/textured_room.h"
+#include "tests/unit/pipeline/fake_map_store.h"
 #include "tests/unit/place/place_test_util.h"
 
 namespace semmap::testing {
@@ -73,6 +74,19 @@ class StoredMapTest : public ::testing::Test {
     start.localize = MakeMapSnapshot(*std::move(map), 0, 5, true, vocabulary_, PlaceQueryLimits());
     return *Session::Create(SmallConfig(), SmallRig(sensor), sink, nullptr, nullptr, nullptr,
                             std::move(start));
+  }
+  // The same map, of which next to nothing stays in memory.
+  std::unique_ptr<Session> LocalizerWithoutMemory(SensorType sensor, MapDeltaSink* sink) {
+    const SlamConfig config = SmallConfig();
+    const PlaceDescriber describer(vocabulary_, ClassSet());
+    const auto store = std::make_shared<FakeMapStore>(UndistortedBounds(SmallCamera()), 5);
+    for (const MapDelta& delta : made_->deltas()) store->Apply(delta);
+    SessionStart start;
+    start.localize = std::make_shared<const StoredMap>(
+        StoredMap::Reading{ScalePyramidInfo(config.orb.levels, config.orb.scale_factor), PointClassPolicy(),
+                           describer},
+        store->Core(describer), store, std::make_shared<MapPartCache>(size_t{100} << 10), 1);
+    return *Session::Create(config, SmallRig(sensor), sink, nullptr, nullptr, nullptr, std::move(start));
   }
   std::unique_ptr<Session> Extender(MapDeltaSink* sink) {
     auto map = made_->Restore();

@@ -67,6 +67,28 @@ TEST_P(LocalizeTest, IsLostInTheDarkAndFindsItselfElsewhere) {
   for (int i = 2; i < 6; ++i) ExpectAt(*session->Track(SeeRoom(rig, poses[i], index++)), poses[i], kBound);
 }
 
+// A vehicle is told the same whether the map is in memory or read as it drives.
+TEST_P(LocalizeTest, TracksAsWellInAMapThatIsReadAsItIsNeeded) {
+  MapCollector told = MakeCollector();
+  const CameraRig rig = SmallRig(GetParam());
+  const auto whole = Localizer(GetParam(), &told);
+  const auto parts = LocalizerWithoutMemory(GetParam(), &told);
+  const std::vector<SE3> poses = GentleDrive(kMapFrames, kStep);
+  for (int i = 0; i < kMapFrames; ++i) {
+    const FrameInput frame = i == 9 ? BlackFrame(rig, i) : SeeRoom(rig, Beside(poses[i]), i);
+    const auto expected = whole->Track(frame);
+    const auto result = parts->Track(frame);
+    ASSERT_TRUE(expected.ok() && result.ok()) << result.status();
+    ASSERT_EQ(result->state, expected->state) << i;
+    EXPECT_EQ(result->inliers, expected->inliers) << i;
+    EXPECT_EQ(result->map_version, 5U);
+    if (!expected->map_from_camera) continue;
+    const SE3 difference = result->map_from_camera->Inverse() * *expected->map_from_camera;
+    EXPECT_LT(difference.translation().norm(), 1e-9) << i;
+    EXPECT_LT(difference.RotationAngle(), 1e-9) << i;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Sensors, LocalizeTest, ::testing::Values(SensorType::kMono, SensorType::kStereo));
 
 TEST_F(StoredMapTest, ExtendingGoesOnBeyondTheMapsEnd) {

@@ -25,6 +25,18 @@ class ManualExecutor : public Executor {
   std::vector<std::function<void()>> tasks_;
 };
 
+// A map of which nothing matters but how large it is, and of which version.
+class FakeMap : public MapInMemory {
+ public:
+  FakeMap(uint64_t version, size_t bytes) : MapInMemory(kNothing, kNowhere, version), bytes_(bytes) {}
+  size_t memory_bytes() const override { return bytes_; }
+
+ private:
+  static inline const Map kNothing{ScalePyramidInfo(8, 1.2)};
+  static inline const PlaceMemory kNowhere{nullptr, PlaceQueryLimits()};
+  const size_t bytes_;
+};
+
 class MapCacheTest : public testing::Test {
  protected:
   static constexpr size_t kMapBytes = 100;
@@ -34,11 +46,7 @@ class MapCacheTest : public testing::Test {
       loaded_.push_back(map.value());
       if (failure_) return *failure_;
       if (max_bytes < kMapBytes) return absl::ResourceExhaustedError("too large");
-      auto snapshot = std::make_shared<MapSnapshot>(
-          MapSnapshot{Map(ScalePyramidInfo(8, 1.2)), PlaceMemory(nullptr, PlaceQueryLimits())});
-      snapshot->version = version_;
-      snapshot->memory_bytes = kMapBytes;
-      return snapshot;
+      return std::make_shared<FakeMap>(version_, kMapBytes);
     };
   }
 
@@ -86,12 +94,12 @@ TEST_F(MapCacheTest, AMapThatChangedIsLoadedAnew) {
   version_ = 2;
   // Loading takes at most a tenth of the time, so a while must pass, however short.
   auto second = Get(cache, 1);
-  for (int i = 0; i < 10'000 && (*second)->version != version_; ++i) {
+  for (int i = 0; i < 10'000 && (*second)->version() != version_; ++i) {
     absl::SleepFor(absl::Milliseconds(1));
     second = Get(cache, 1);
   }
-  EXPECT_EQ((*first)->version, 1U) << "what is held stays as it was";
-  EXPECT_EQ((*second)->version, 2U);
+  EXPECT_EQ((*first)->version(), 1U) << "what is held stays as it was";
+  EXPECT_EQ((*second)->version(), 2U);
   EXPECT_EQ(cache.memory_bytes(), 2 * kMapBytes) << "the old one is still held";
 }
 
@@ -100,7 +108,7 @@ TEST_F(MapCacheTest, AMapThatChangesAllTheTimeIsNotLoadedAllTheTime) {
   MapCache cache(limits_, Loader(), &threads_);
   ASSERT_TRUE(Get(cache, 1).ok());
   version_ = 2;
-  EXPECT_EQ((*Get(cache, 1))->version, 1U);
+  EXPECT_EQ((*Get(cache, 1))->version(), 1U);
   EXPECT_EQ(loaded_.size(), 1U);
 }
 
@@ -134,7 +142,7 @@ TEST_F(MapCacheTest, WhereANewVersionDoesNotFitTheOldOneServes) {
   version_ = 2;
   const auto again = Get(cache, 1);
   ASSERT_TRUE(again.ok()) << again.status();
-  EXPECT_EQ((*again)->version, 1U);
+  EXPECT_EQ((*again)->version(), 1U);
 }
 
 TEST_F(MapCacheTest, AFailureIsToldToAllAndTriedAgain) {
@@ -150,7 +158,7 @@ TEST_F(MapCacheTest, WhoMayWaitWaits) {
   MapCache cache(limits_, Loader(), threads.get());
   const auto loaded = cache.GetAndWait(Info(1));
   ASSERT_TRUE(loaded.ok()) << loaded.status();
-  EXPECT_EQ((*loaded)->version, 1U);
+  EXPECT_EQ((*loaded)->version(), 1U);
 }
 
 }  // namespace

@@ -180,6 +180,38 @@ TEST_F(Upgrade, FromVersionOneKeepsEverything) {
   EXPECT_EQ(Trajectory(*store, kMap).size(), 1U);
 }
 
+// Every version in between opens, too, and has no words yet.
+TEST_F(Upgrade, FromEachVersion) {
+  class Outline : public MapOutlineReader {
+   public:
+    absl::Status OnMap(const MapInfo&) override { return absl::OkStatus(); }
+    absl::Status OnKeyFrame(KeyFrameOutline keyframe) override {
+      EXPECT_FALSE(keyframe.words.has_value());
+      EXPECT_EQ(keyframe.points.size(), keyframe.id.value() == 1 ? kPoints : 0);
+      ++keyframes;
+      return absl::OkStatus();
+    }
+    uint64_t keyframes = 0;
+  };
+  const size_t versions = EmbeddedMigrations().size();
+  for (size_t version = 1; version < versions; ++version) {
+    const std::string path = dir_.File("version" + std::to_string(version) + ".db");
+    VersionOne(path).Fill();
+    {
+      ConnectionOptions options;
+      options.path = path;
+      ASSERT_TRUE(MigrateDatabase(**Connection::Open(options), EmbeddedMigrations().first(version)).ok());
+    }
+    const std::unique_ptr<MapStore> store = OpenOrDie(ConfigFor(path));
+    ASSERT_NE(store, nullptr);
+    EXPECT_EQ(Findings(*store, kMap), "") << version;
+    Outline outline;
+    ASSERT_TRUE(store->ReadOutline(kMap, 1, &outline).ok()) << version;
+    EXPECT_EQ(outline.keyframes, kKeyFrames);
+    EXPECT_EQ(AllPoints(*store, kMap).size(), kPoints) << version;
+  }
+}
+
 TEST_F(Upgrade, AMapFileOfVersionOneIsImported) {
   const std::unique_ptr<MapStore> store = OpenOrDie(ConfigFor(dir_.File("new.db")));
   const absl::StatusOr<MapInfo> map = store->ImportMap(path_, "imported", 9, nullptr);

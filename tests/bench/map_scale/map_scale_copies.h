@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "absl/status/status.h"
+#include "slam/features/descriptor.h"
+#include "tests/bench/map_scale/map_scale_options.h"
+
+namespace semmap::bench {
+
+// Where copy `index` of the drive lies beside the first, which is index 0, in the map frame.
+Eigen::Vector3d ShiftOfCopy(int index);
+// What all descriptors of the copy differ by: a seventh of all bits, at random, and none of the first. Within
+// a copy, distances are as in the drive; one copy does not look like another.
+Descriptor MaskOfCopy(int index);
+Descriptor Masked(const Descriptor& descriptor, const Descriptor& mask);
+
+// Lays copies of the drive side by side in the map "large" until it is as large as the options ask for,
+// through MapStore::Apply, each a session of its own. Does nothing when that was done before.
+absl::Status MakeLargeMap(const MapScaleOptions& options);
+
+}  // namespace semmap::bench
