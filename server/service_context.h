@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 
 #include "server/artifacts.h"
 #include "server/map_cache.h"
@@ -10,6 +11,7 @@
 #include "server/server_config.h"
 #include "server/session_registry.h"
 #include "slam/common/time.h"
+#include "slam/place/vocabulary.h"
 #include "storage/map_store.h"
 
 namespace semmap::server {
@@ -27,6 +29,7 @@ struct ServiceContext {
   std::function<TimestampNs()> wall_clock;
   SlamConfig slam;
   MapCache* maps = nullptr;
+  std::shared_ptr<const Vocabulary> vocabulary = nullptr;  // null: places are not recognized
 };
 
 }  // namespace semmap::server
