@@ -144,11 +144,9 @@ absl::StatusOr<v1::Map> Client::RenameMap(const std::string& map, const std::str
   return CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::RenameMap, request);
 }
 
-template <typename Response>
-absl::StatusOr<Response> Client::Finish(absl::StatusOr<v1::Operation> operation, const Progress& progress,
-                                        std::string* name) {
+absl::StatusOr<v1::Operation> Client::Await(absl::StatusOr<v1::Operation> operation,
+                                            const Progress& progress) {
   bool cancelled = false;
-  if (name != nullptr && operation.ok()) *name = operation->name();
   while (operation.ok() && !operation->done()) {
     if (!cancelled && progress && !progress(operation->metadata())) {
       cancelled = true;
@@ -163,8 +161,16 @@ absl::StatusOr<Response> Client::Finish(absl::StatusOr<v1::Operation> operation,
     *wait.mutable_timeout() = ToDuration(kPollInterval);
     operation = CallUnary(*connection_, stubs_->operations, &v1::OperationService::Stub::WaitOperation, wait);
   }
+  return operation;
+}
+
+template <typename Response>
+absl::StatusOr<Response> Client::Finish(absl::StatusOr<v1::Operation> operation, const Progress& progress,
+                                        v1::Operation* done) {
+  operation = Await(std::move(operation), progress);
   if (!operation.ok()) return operation.status();
   if (operation->has_error()) return FromRpcStatus(operation->error());
+  if (done != nullptr) *done = *operation;
   Response response;
   if (operation->response().UnpackTo(&response)) return response;
   return absl::InternalError("the server answered an operation with a message of another kind");
@@ -195,6 +201,38 @@ absl::StatusOr<v1::CheckMapResponse> Client::RepairMap(const std::string& map, c
       CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::RepairMap, request), progress);
 }
 
+absl::StatusOr<v1::MergeMapsResponse> Client::MergeMaps(v1::MergeMapsRequest request,
+                                                        const Progress& progress) {
+  request.set_target(MapName(request.target()));
+  request.set_source(MapName(request.source()));
+  request.set_request_id(NewRequestId());
+  return Finish<v1::MergeMapsResponse>(
+      CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::MergeMaps, request), progress);
+}
+
+absl::StatusOr<Client::Optimized> Client::OptimizeMap(const std::string& map, int max_iterations,
+                                                      const Progress& progress) {
+  v1::OptimizeMapRequest request;
+  request.set_name(MapName(map));
+  request.set_max_iterations(max_iterations);
+  request.set_request_id(NewRequestId());
+  v1::Operation done;
+  auto optimized = Finish<v1::Map>(
+      CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::OptimizeMap, request), progress, &done);
+  if (!optimized.ok()) return optimized.status();
+  return Optimized{*std::move(optimized), done.metadata().optimize()};
+}
+
+absl::StatusOr<Client::Pruned> Client::PruneMap(v1::PruneMapRequest request, const Progress& progress) {
+  request.set_name(MapName(request.name()));
+  request.set_request_id(NewRequestId());
+  v1::Operation done;
+  auto pruned = Finish<v1::Map>(
+      CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::PruneMap, request), progress, &done);
+  if (!pruned.ok()) return pruned.status();
+  return Pruned{*std::move(pruned), done.metadata().prune()};
+}
+
 absl::StatusOr<v1::Map> Client::ImportMap(const std::string& map, const std::string& sha256,
                                           const std::function<absl::StatusOr<size_t>(std::span<char>)>& read,
                                           const Progress& progress) {
@@ -215,13 +253,11 @@ absl::StatusOr<v1::Map> Client::ImportMap(const std::string& map, const std::str
 absl::StatusOr<Client::Export> Client::ExportMap(v1::ExportMapRequest request, const Progress& progress) {
   request.set_name(MapName(request.name()));
   request.set_request_id(NewRequestId());
-  Export result;
+  v1::Operation done;
   auto file = Finish<v1::ExportMapResponse>(
-      CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::ExportMap, request), progress,
-      &result.operation);
+      CallUnary(*connection_, stubs_->maps, &v1::MapService::Stub::ExportMap, request), progress, &done);
   if (!file.ok()) return file.status();
-  result.file = *std::move(file);
-  return result;
+  return Export{*std::move(file), done.name()};
 }
 
 absl::Status Client::ReadArtifact(const std::string& artifact, int64_t offset,

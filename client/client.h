@@ -47,6 +47,19 @@ class Client {
                                   const Progress& progress);
   absl::StatusOr<v1::CheckMapResponse> CheckMap(const std::string& map, const Progress& progress);
   absl::StatusOr<v1::CheckMapResponse> RepairMap(const std::string& map, const Progress& progress);
+  // Joins `source` to `target`; `request_id` is filled in.
+  absl::StatusOr<v1::MergeMapsResponse> MergeMaps(v1::MergeMapsRequest request, const Progress& progress);
+  struct Optimized {
+    v1::Map map;
+    v1::OptimizeReport report;
+  };
+  // 0 iterations: the server's choice.
+  absl::StatusOr<Optimized> OptimizeMap(const std::string& map, int max_iterations, const Progress& progress);
+  struct Pruned {
+    v1::Map map;
+    v1::PruneReport report;
+  };
+  absl::StatusOr<Pruned> PruneMap(v1::PruneMapRequest request, const Progress& progress);
   // Sends a map file in pieces: `read` fills the next bytes, at most as many as its argument has room for,
   // and answers how many, 0 at the end. `sha256` of the whole file, 32 bytes, or empty.
   absl::StatusOr<v1::Map> ImportMap(const std::string& map, const std::string& sha256,
@@ -87,10 +100,12 @@ class Client {
 
  private:
   struct Stubs;
+  // The operation when it is done.
+  absl::StatusOr<v1::Operation> Await(absl::StatusOr<v1::Operation> operation, const Progress& progress);
   // Waits for the operation and unpacks its response.
   template <typename Response>
   absl::StatusOr<Response> Finish(absl::StatusOr<v1::Operation> operation, const Progress& progress,
-                                  std::string* name = nullptr);
+                                  v1::Operation* done = nullptr);
   std::shared_ptr<Connection> connection_;
   std::unique_ptr<Stubs> stubs_;
 };

@@ -43,6 +43,7 @@ constexpr Entry kReasons[] = {
     {v1::ERROR_REASON_MAP_NOT_ANCHORED, StatusCode::kFailedPrecondition},
     {v1::ERROR_REASON_MAPS_DO_NOT_OVERLAP, StatusCode::kFailedPrecondition},
     {v1::ERROR_REASON_MAP_EMPTY, StatusCode::kFailedPrecondition},
+    {v1::ERROR_REASON_MAPS_DIFFER_IN_CAMERAS, StatusCode::kFailedPrecondition},
     {v1::ERROR_REASON_SESSION_RESUMED_ELSEWHERE, StatusCode::kAborted},
     {v1::ERROR_REASON_SESSION_ENDED_BY_OPERATOR, StatusCode::kAborted},
     {v1::ERROR_REASON_ETAG_MISMATCH, StatusCode::kAborted},

@@ -34,6 +34,16 @@ google::rpc::Status ToError(const absl::Status& status, bool closing) {
 
 }  // namespace
 
+void OperationProgress::Tell(const v1::OptimizeReport& report) {
+  MutexLock lock(&mutex_);
+  *report_.mutable_optimize() = report;
+}
+
+void OperationProgress::Tell(const v1::PruneReport& report) {
+  MutexLock lock(&mutex_);
+  *report_.mutable_prune() = report;
+}
+
 Operations::Operations(Executor* threads, std::function<TimestampNs()> wall_clock)
     : threads_(threads), wall_clock_(std::move(wall_clock)) {}
 
@@ -121,6 +131,11 @@ void Operations::ForgetOldest() {
 
 v1::Operation Operations::Describe(const Entry& entry) {
   v1::Operation operation = entry.operation;
+  {
+    MutexLock lock(&entry.progress.mutex_);
+    operation.mutable_metadata()->MergeFrom(entry.progress.report_);
+  }
+  operation.mutable_metadata()->set_stage(entry.progress.stage_);
   operation.mutable_metadata()->set_progress(std::clamp(entry.progress.share_.load(), 0.0, 1.0));
   operation.mutable_metadata()->set_cancel_requested(entry.progress.CancelRequested());
   return operation;

@@ -22,10 +22,20 @@ namespace semmap::server {
 class OperationProgress {
  public:
   void Report(double share) { share_ = share; }
+  // What is being done from now on, for people: a string literal.
+  void Enter(const char* stage) { stage_ = stage; }
+  // For the metadata of the operation.
+  void Tell(const v1::OptimizeReport& report);
+  void Tell(const v1::PruneReport& report);
   bool CancelRequested() const { return cancel_requested_; }
+  // The same for solvers that look at a flag.
+  const std::atomic<bool>* cancel_flag() const { return &cancel_requested_; }
 
  private:
   friend class Operations;
+  std::atomic<const char*> stage_ = "";
+  mutable Mutex mutex_;  // guards the report
+  v1::OperationMetadata report_ ABSL_GUARDED_BY(mutex_);
   std::atomic<double> share_ = 0;
   std::atomic<bool> cancel_requested_ = false;
 };

@@ -11,6 +11,7 @@
 #include "server/server_config.h"
 #include "server/session_registry.h"
 #include "slam/common/time.h"
+#include "slam/place/vocabulary.h"
 #include "slam/semantics/segmentation_queue.h"
 #include "storage/map_store.h"
 
@@ -29,6 +30,7 @@ struct ServiceContext {
   std::function<TimestampNs()> wall_clock;
   SlamConfig slam;
   MapCache* maps = nullptr;
+  std::shared_ptr<const Vocabulary> vocabulary = nullptr;  // null: places are not recognized
   // Null: pictures have the classes that they bring.
   std::shared_ptr<SegmentationQueue> segmentation = nullptr;
 };

@@ -1,11 +1,11 @@
 #include "server/session_registry.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <spdlog/spdlog.h>
 
 #include "absl/cleanup/cleanup.h"
+#include "server/camera_comparison.h"
 #include "server/error_reasons.h"
 #include "server/names.h"
 #include "server/random_id.h"
@@ -46,15 +46,6 @@ absl::StatusOr<v1::OverloadPolicy> CheckPolicy(v1::OverloadPolicy policy) {
       return Error(v1::ERROR_REASON_FIELD_INVALID, "hello.overload_policy is not known",
                    {{"field", "hello.overload_policy"}});
   }
-}
-
-// Whether keyframes of one can be projected as if the other had taken them.
-bool SameCameras(const CameraRig& a, const CameraRig& b) {
-  constexpr double kMaxDifference = 1e-6;
-  const auto near = [](double x, double y) { return std::abs(x - y) <= kMaxDifference; };
-  return a.sensor == b.sensor && near(a.baseline_m, b.baseline_m) && a.camera.width == b.camera.width &&
-         a.camera.height == b.camera.height && near(a.camera.fx, b.camera.fx) &&
-         near(a.camera.fy, b.camera.fy) && near(a.camera.cx, b.camera.cx) && near(a.camera.cy, b.camera.cy);
 }
 
 // In a time that does not tell how much of a guess was right.
@@ -139,6 +130,10 @@ absl::Status SessionRegistry::Reserve(const SessionIdentity& identity) {
   if (count >= static_cast<size_t>(environment_.config.max_sessions)) {
     return Error(v1::ERROR_REASON_TOO_MANY_SESSIONS,
                  "the server has as many sessions as it is configured for");
+  }
+  if (held_.contains(identity.map_id)) {
+    return Error(v1::ERROR_REASON_MAP_IN_USE, "an operation changes this map right now",
+                 {{"map", identity.map_id}});
   }
   if (IsMapTaken(identity))
     return Error(v1::ERROR_REASON_MAP_IN_USE, "another session changes this map right now");
@@ -293,10 +288,35 @@ std::optional<v1::Session> SessionRegistry::Describe(const std::string& session_
   return found->second;
 }
 
+bool SessionRegistry::IsInUse(const std::string& map_id) const {
+  const auto on_map = [&](const auto& entry) { return entry.second->identity().map_id == map_id; };
+  return held_.contains(map_id) || reserved_.contains(map_id) ||
+         std::any_of(sessions_.begin(), sessions_.end(), on_map);
+}
+
 bool SessionRegistry::IsMapInUse(const std::string& map_id) const {
   MutexLock lock(&mutex_);
-  const auto on_map = [&](const auto& entry) { return entry.second->identity().map_id == map_id; };
-  return reserved_.contains(map_id) || std::any_of(sessions_.begin(), sessions_.end(), on_map);
+  return IsInUse(map_id);
+}
+
+absl::StatusOr<std::shared_ptr<SessionRegistry::MapHold>> SessionRegistry::Hold(
+    const std::vector<std::string>& map_ids) {
+  MutexLock lock(&mutex_);
+  for (const std::string& id : map_ids) {
+    if (IsInUse(id))
+      return Error(v1::ERROR_REASON_MAP_IN_USE, "a session or an operation is on the map", {{"map", id}});
+  }
+  held_.insert(map_ids.begin(), map_ids.end());
+  return std::make_shared<MapHold>(this, map_ids);
+}
+
+void SessionRegistry::LetGo(const std::vector<std::string>& map_ids) {
+  MutexLock lock(&mutex_);
+  for (const std::string& id : map_ids) held_.erase(id);
+}
+
+void SessionRegistry::MapHold::LetGo() {
+  if (SessionRegistry* registry = std::exchange(registry_, nullptr)) registry->LetGo(map_ids_);
 }
 
 size_t SessionRegistry::size() const {

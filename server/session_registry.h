@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,7 +46,12 @@ class SessionRegistry {
   std::shared_ptr<VehicleSession> Find(const std::string& session_id) const;
   // Running, or over and still remembered.
   std::optional<v1::Session> Describe(const std::string& session_id) const;
+  // By a session, or held.
   bool IsMapInUse(const std::string& map_id) const;
+  // Keeps sessions off the maps until it goes or lets go; copies are one hold. Outlived by the registry.
+  class MapHold;
+  // MAP_IN_USE when any of the maps is.
+  absl::StatusOr<std::shared_ptr<MapHold>> Hold(const std::vector<std::string>& map_ids);
   size_t size() const;
 
   // Refuses new sessions, ends all and waits until they are stored. Past the deadline, frames that wait are
@@ -72,6 +78,8 @@ class SessionRegistry {
   bool IsEmpty() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     return sessions_.empty() && reserved_.empty();
   }
+  bool IsInUse(const std::string& map_id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void LetGo(const std::vector<std::string>& map_ids);
 
   const SessionEnvironment environment_;
   const SlamConfig slam_;
@@ -83,8 +91,25 @@ class SessionRegistry {
   std::map<std::string, std::shared_ptr<VehicleSession>> sessions_ ABSL_GUARDED_BY(mutex_);
   // Maps of the sessions that are being made, and what these will do.
   std::multimap<std::string, v1::SessionMode> reserved_ ABSL_GUARDED_BY(mutex_);
+  std::set<std::string> held_ ABSL_GUARDED_BY(mutex_);  // maps that sessions are kept off
   std::deque<std::pair<std::string, v1::Session>> finished_ ABSL_GUARDED_BY(mutex_);
   bool draining_ ABSL_GUARDED_BY(mutex_) = false;
+};
+
+class SessionRegistry::MapHold {
+ public:
+  MapHold(SessionRegistry* registry, std::vector<std::string> map_ids)
+      : registry_(registry), map_ids_(std::move(map_ids)) {}
+  ~MapHold() { LetGo(); }
+  MapHold(const MapHold&) = delete;
+  MapHold& operator=(const MapHold&) = delete;
+
+  // Before the hold goes; not thread-safe.
+  void LetGo();
+
+ private:
+  SessionRegistry* registry_;  // null: let go
+  const std::vector<std::string> map_ids_;
 };
 
 }  // namespace semmap::server

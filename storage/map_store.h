@@ -88,6 +88,7 @@ struct MapChanges {
 };
 
 struct MapInfo {
+  // For life, unless the map is made over (RewriteMap).
   MapId id;
   std::string name;
   TimestampNs created_at = 0;
@@ -110,6 +111,26 @@ struct MapInfo {
   MapPointId last_point_id;
   // Of the camera centres of the keyframes, in the map frame; empty (isEmpty()) without keyframes.
   Eigen::AlignedBox3d camera_extent;
+};
+
+// A map made over as a whole: its contents, those of another one beside them if one is joined to it, and what
+// has changed of both.
+struct MapRewrite {
+  // A map as it was when the changes were worked out.
+  struct Basis {
+    MapId map;
+    uint64_t version = 0;
+  };
+  Basis map;
+  // Comes along with all it holds. The ids of its keyframes, points and sessions grow by the greatest that
+  // `map` ever held of each (MapInfo::last_keyframe_id, ...).
+  std::optional<Basis> joined = std::nullopt;
+  bool delete_joined = false;
+  // By the new ids. Nothing is added: there are no new keyframes, points or frames, and no reset. Every point
+  // of a joined map is among the changed or the removed ones.
+  MapDelta changes = {};
+  // For a map that has none.
+  std::optional<GeoAnchor> anchor = std::nullopt;
 };
 
 // What a session is started with.
@@ -339,6 +360,11 @@ class MapStore {
   // is upgraded). ALREADY_EXISTS when the name is taken.
   virtual absl::StatusOr<MapInfo> ImportMap(const std::string& path, std::string_view name,
                                             TimestampNs created_at, const ProgressVisitor& progress) = 0;
+  // Replaces a map by what the rewrite makes of it, in bounded transactions beside it: until the last of them
+  // the maps are as they were, after it name, description and session names are those that the map had at
+  // that instant, its id is another and its version one more. ABORTED when a map was changed or deleted
+  // meanwhile, CANCELLED by `progress`; INVALID_ARGUMENT for changes that are not as MapRewrite says.
+  virtual absl::StatusOr<MapInfo> RewriteMap(const MapRewrite& rewrite, const ProgressVisitor& progress) = 0;
   // ABORTED when `changes.expected` is not how the map is.
   virtual absl::StatusOr<MapInfo> UpdateMap(MapId map, const MapChanges& changes) = 0;
   // nullopt takes the anchor away.

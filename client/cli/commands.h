@@ -20,6 +20,8 @@ void AddMapsCommand(CLI::App& parent, Action* action);
 void AddMapCommand(CLI::App& parent, Action* action);
 // Below `map`: rename, copy, check, repair.
 void AddMapCareCommands(CLI::App& map_command, Action* action);
+// Below `map`: merge, optimize, prune.
+void AddMapReworkCommands(CLI::App& map_command, Action* action);
 // Below `map`: update, anchor.
 void AddMapUpdateCommands(CLI::App& map_command, Action* action);
 void AddPointsCommand(CLI::App& parent, Action* action);

@@ -51,12 +51,14 @@ void AddOne(CLI::App& parent, const char* name, const char* help,
 }  // namespace
 
 void AddMapCommand(CLI::App& parent, Action* action) {
-  CLI::App* command = parent.add_subcommand("map", "Show, describe, check, copy, rename or delete a map");
+  CLI::App* command = parent.add_subcommand(
+      "map", "Show, describe, check, copy, rename, join, optimize, prune or delete a map");
   command->require_subcommand(1);
   AddOne(*command, "show", "What a map holds, in figures", RunShow, action);
   AddOne(*command, "delete", "Delete a map with its contents and sessions", RunDelete, action);
   AddMapUpdateCommands(*command, action);
   AddMapCareCommands(*command, action);
+  AddMapReworkCommands(*command, action);
 }
 
 }  // namespace semmap::client

@@ -24,6 +24,10 @@ absl::StatusOr<v1::Map> RenameMap(const ServiceContext& context, const v1::Renam
 absl::StatusOr<v1::Operation> CopyMap(const ServiceContext& context, const v1::CopyMapRequest& request);
 absl::StatusOr<v1::Operation> CheckMap(const ServiceContext& context, const v1::CheckMapRequest& request);
 absl::StatusOr<v1::Operation> RepairMap(const ServiceContext& context, const v1::RepairMapRequest& request);
+absl::StatusOr<v1::Operation> MergeMaps(const ServiceContext& context, const v1::MergeMapsRequest& request);
+absl::StatusOr<v1::Operation> OptimizeMap(const ServiceContext& context,
+                                          const v1::OptimizeMapRequest& request);
+absl::StatusOr<v1::Operation> PruneMap(const ServiceContext& context, const v1::PruneMapRequest& request);
 absl::StatusOr<v1::Operation> ExportMap(const ServiceContext& context, const v1::ExportMapRequest& request);
 absl::StatusOr<v1::MapSummary> GetMapSummary(const ServiceContext& context,
                                              const v1::GetMapSummaryRequest& request);
@@ -39,7 +43,7 @@ absl::StatusOr<std::unique_ptr<ChunkSource<v1::GetTrajectoryResponse>>> GetTraje
 absl::StatusOr<std::unique_ptr<ChunkSource<v1::ReadArtifactResponse>>> ReadArtifact(
     const ServiceContext& context, const v1::ReadArtifactRequest& request);
 
-// MAP_IN_USE while a session runs on the map.
+// MAP_IN_USE while a session runs on the map, or an operation keeps sessions off it.
 absl::Status RequireUnused(const ServiceContext& context, const std::string& map_id);
 // MAP_NOT_ANCHORED.
 absl::StatusOr<GeoFrame> GeoFrameOf(const storage::MapInfo& map);

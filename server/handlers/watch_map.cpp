@@ -14,7 +14,7 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Make(const ServiceCont
                                                                const v1::WatchMapRequest& request,
                                                                std::function<void()> wake) {
   SEMMAP_ASSIGN_OR_RETURN(const storage::MapInfo found, FindMap(context, "map", request.map()));
-  std::unique_ptr<WatchSource> source(new WatchSource(context, found.id, request.keyframes_only()));
+  std::unique_ptr<WatchSource> source(new WatchSource(context, request, found.id));
   source->watcher_ =
       std::make_shared<MapWatcher>(static_cast<size_t>(context.config.watcher_backlog), std::move(wake));
   // First to listen, then to look: nothing is missed in between.
@@ -25,8 +25,13 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Make(const ServiceCont
   return source;
 }
 
-WatchSource::WatchSource(const ServiceContext& context, storage::MapId map, bool keyframes_only)
-    : context_(context), map_(map), keyframes_only_(keyframes_only), names_(context.store, map) {}
+WatchSource::WatchSource(const ServiceContext& context, const v1::WatchMapRequest& request,
+                         storage::MapId map)
+    : context_(context),
+      name_(request.map()),
+      keyframes_only_(request.keyframes_only()),
+      map_(map),
+      names_(context.store, map) {}
 
 void WatchSource::Begin() {
   phase_ = Phase::kKeyFrames;
@@ -35,12 +40,26 @@ void WatchSource::Begin() {
   last_point_ = {};
 }
 
+absl::StatusOr<storage::MapInfo> WatchSource::FindWatched() {
+  auto known = context_.store->GetMap(map_);
+  if (known.ok()) return known;
+  if (!absl::IsNotFound(known.status())) return FromStore(known.status());
+  SEMMAP_ASSIGN_OR_RETURN(storage::MapInfo map, FindMap(context_, "map", name_));
+  map_ = map.id;
+  names_ = SessionNames(context_.store, map_);
+  context_.watchers->Add(map_, watcher_);
+  // That it was made over is known now.
+  watcher_->Take(0);
+  begun_at_version_ = map.version;
+  Begin();
+  return map;
+}
+
 absl::StatusOr<bool> WatchSource::Next(v1::WatchMapResponse* response) {
   if (watcher_->overrun()) {
     return Error(v1::ERROR_REASON_WATCHER_TOO_SLOW, "the map changes faster than the watcher reads");
   }
-  const auto map = context_.store->GetMap(map_);
-  if (!map.ok()) return FromStore(map.status());
+  SEMMAP_ASSIGN_OR_RETURN(const storage::MapInfo map, FindWatched());
   if (phase_ == Phase::kLive) {
     const PendingChanges changes = watcher_->Take(static_cast<size_t>(context_.config.query_chunk));
     if (changes.empty()) return false;
@@ -49,7 +68,7 @@ absl::StatusOr<bool> WatchSource::Next(v1::WatchMapResponse* response) {
       SEMMAP_RETURN_IF_ERROR(TellChanges(changes, response));
       return true;
     }
-    begun_at_version_ = map->version;
+    begun_at_version_ = map.version;
     Begin();
   }
   response->set_reset(std::exchange(tell_reset_, false));

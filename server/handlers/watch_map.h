@@ -29,16 +29,19 @@ class WatchSource {
  private:
   enum class Phase { kKeyFrames, kPoints, kLive };
 
-  WatchSource(const ServiceContext& context, storage::MapId map, bool keyframes_only);
+  WatchSource(const ServiceContext& context, const v1::WatchMapRequest& request, storage::MapId map);
   void Begin();
+  // The map as it is now. One that was made over has another id: then it is told anew.
+  absl::StatusOr<storage::MapInfo> FindWatched();
   absl::Status TellKeyFrames(v1::WatchMapResponse* response);
   absl::Status TellPoints(v1::WatchMapResponse* response);
   absl::Status TellChanges(const PendingChanges& changes, v1::WatchMapResponse* response);
   absl::Status AddKeyFrame(const storage::KeyFrameEntry& entry, v1::WatchMapResponse* response);
 
   const ServiceContext& context_;
-  const storage::MapId map_;
+  const std::string name_;  // "maps/{map}"
   const bool keyframes_only_;
+  storage::MapId map_;
   std::shared_ptr<MapWatcher> watcher_;
   Phase phase_ = Phase::kLive;
   bool tell_reset_ = false;

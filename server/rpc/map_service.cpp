@@ -77,16 +77,14 @@ class MapService : public v1::MapService::CallbackService {
   grpc::ServerReadReactor<v1::ImportMapRequest>* ImportMap(Call* call, v1::Operation* response) override {
     return ImportCall::Start(runner_, call, response);
   }
-
-  // What later versions bring.
-  Unary* MergeMaps(Call* call, const v1::MergeMapsRequest*, v1::Operation*) override {
-    return AnswerNotImplemented(call, "MergeMaps");
+  Unary* MergeMaps(Call* call, const v1::MergeMapsRequest* request, v1::Operation* response) override {
+    return RunUnary(runner_, call, request, response, &server::MergeMaps);
   }
-  Unary* OptimizeMap(Call* call, const v1::OptimizeMapRequest*, v1::Operation*) override {
-    return AnswerNotImplemented(call, "OptimizeMap");
+  Unary* OptimizeMap(Call* call, const v1::OptimizeMapRequest* request, v1::Operation* response) override {
+    return RunUnary(runner_, call, request, response, &server::OptimizeMap);
   }
-  Unary* PruneMap(Call* call, const v1::PruneMapRequest*, v1::Operation*) override {
-    return AnswerNotImplemented(call, "PruneMap");
+  Unary* PruneMap(Call* call, const v1::PruneMapRequest* request, v1::Operation* response) override {
+    return RunUnary(runner_, call, request, response, &server::PruneMap);
   }
 
  private:

@@ -60,6 +60,7 @@ class GrpcServer : public Server {
   GrpcServer(const Config& config, std::unique_ptr<storage::MapStore> store, SlamSessionFactory factory,
              std::shared_ptr<const Vocabulary> vocabulary, std::shared_ptr<SegmentationQueue> segmentation)
       : config_(config),
+        vocabulary_(std::move(vocabulary)),
         store_(std::move(store)),
         writer_(std::make_unique<MapWriter>(static_cast<size_t>(config.server.writer_queue))),
         mappers_(MakeThreadPool(ThreadCount(config.server.mapping_threads))),
@@ -70,7 +71,7 @@ class GrpcServer : public Server {
         map_parts_(std::make_shared<MapPartCache>(CacheLimits(config.server).max_bytes)),
         maps_(std::make_unique<MapCache>(
             CacheLimits(config.server),
-            MakeMapLoader(store_.get(), config.slam, std::move(vocabulary), map_parts_), loaders_.get(),
+            MakeMapLoader(store_.get(), config.slam, vocabulary_, map_parts_), loaders_.get(),
             map_parts_)),
         artifacts_(config.server.artifact_directory, int64_t{config.server.max_artifacts_mb} << 20,
                    absl::Seconds(config.server.artifact_lifetime_s), WallClock),
@@ -104,14 +105,15 @@ class GrpcServer : public Server {
             writer_.get(),  &watchers_,   WallClock,       maps_.get()};
   }
   ServiceContext Context(std::shared_ptr<SegmentationQueue> segmentation) {
-    return {config_.server, store_.get(),      sessions_.get(), &requests_,
-            &timer_,        operations_.get(), &artifacts_,     &watchers_,
-            WallClock,      config_.slam,      maps_.get(),     std::move(segmentation)};
+    return {config_.server, store_.get(),      sessions_.get(), &requests_,  &timer_,
+            operations_.get(), &artifacts_,    &watchers_,      WallClock,   config_.slam,
+            maps_.get(),    vocabulary_,       std::move(segmentation)};
   }
   static TimestampNs WallClock() { return absl::GetCurrentTimeNanos(); }
   std::string Host() const { return config_.server.listen.substr(0, config_.server.listen.rfind(':')); }
 
   const Config config_;
+  const std::shared_ptr<const Vocabulary> vocabulary_;
   std::unique_ptr<storage::MapStore> store_;
   std::unique_ptr<MapWriter> writer_;
   std::unique_ptr<Executor> mappers_;

@@ -58,12 +58,4 @@ grpc::ServerUnaryReactor* RunUnaryLater(CallRunner& runner, grpc::CallbackServer
   return reactor;
 }
 
-// The answer to calls that this version only knows by name.
-inline grpc::ServerUnaryReactor* AnswerNotImplemented(grpc::CallbackServerContext* call,
-                                                      const char* feature) {
-  grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
-  reactor->Finish(ToGrpc(NotImplemented(feature)));
-  return reactor;
-}
-
 }  // namespace semmap::server

@@ -9,6 +9,7 @@
 #include "storage/sqlite/keyframe_rows.h"
 #include "storage/sqlite/map_rows.h"
 #include "storage/sqlite/point_rows.h"
+#include "storage/sqlite/query.h"
 #include "storage/sqlite/session_rows.h"
 
 namespace semmap::storage::sqlite {
@@ -37,6 +38,9 @@ bool ChangesMap(const MapDelta& delta) {
          !delta.removed_keyframes.empty() || !delta.removed_points.empty();
 }
 
+// Changes that no session makes add nothing; should they try, the point would be this one's until they fail.
+constexpr char kSelectAnySession[] = "SELECT min(session_id) FROM sessions WHERE map_id = ?";
+
 // Applies one delta, member by member, and adds up what it does to map and session.
 class DeltaWriter {
  public:
@@ -60,6 +64,16 @@ class DeltaWriter {
     growth_.changes_map = ChangesMap(delta);
     SEMMAP_RETURN_IF_ERROR(UpdateGrowth(connection_, map_, growth_));
     return WriteProgress(connection_, map_, session_, progress_);
+  }
+
+  absl::Status Change(const MapDelta& delta) {
+    SEMMAP_RETURN_IF_ERROR(WriteKeyFrames(delta));
+    SEMMAP_RETURN_IF_ERROR(WritePoints(delta));
+    if (growth_.points > 0) return absl::InvalidArgumentError("the changes of a map add points to it");
+    SEMMAP_RETURN_IF_ERROR(WriteObservationRows(delta));
+    SEMMAP_RETURN_IF_ERROR(RemoveKeyFrames(delta));
+    SEMMAP_RETURN_IF_ERROR(RemovePoints(delta));
+    return UpdateGrowth(connection_, map_, growth_);
   }
 
  private:
@@ -155,6 +169,12 @@ absl::Status WriteDelta(Connection& connection, MapId map, SessionId session, co
   SEMMAP_ASSIGN_OR_RETURN(const SessionProgress progress, ReadProgress(connection, map, session));
   SEMMAP_RETURN_IF_ERROR(CheckVersion(progress.delta_version, delta.version));
   return DeltaWriter(connection, map, session, progress, {max_keypoints, wording, {}}).Write(delta);
+}
+
+absl::Status WriteChanges(Connection& connection, MapId map, const MapDelta& changes) {
+  SEMMAP_ASSIGN_OR_RETURN(const int64_t session, QueryInteger(connection, kSelectAnySession, map));
+  return DeltaWriter(connection, map, SessionId(static_cast<uint64_t>(session)), SessionProgress(), 0)
+      .Change(changes);
 }
 
 }  // namespace semmap::storage::sqlite

@@ -11,4 +11,8 @@ namespace semmap::storage::sqlite {
 absl::Status WriteDelta(Connection& connection, MapId map, SessionId session, const MapDelta& delta,
                         size_t max_keypoints, const PlaceWording* wording);
 
+// Changes of a hidden map that no session makes: a part of MapRewrite::changes. INVALID_ARGUMENT also when
+// they add points; keyframes and frames that they add are passed over.
+absl::Status WriteChanges(Connection& connection, MapId map, const MapDelta& changes);
+
 }  // namespace semmap::storage::sqlite

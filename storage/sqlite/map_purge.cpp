@@ -61,6 +61,8 @@ absl::Status HideMap(Connection& connection, MapId map) {
 }
 
 absl::StatusOr<bool> PurgeStep(Connection& connection, MapId map) {
+  // It was being made, by another process, and is shown now.
+  if (RequireMap(connection, map).ok()) return true;
   // What refers to others goes before them.
   SEMMAP_RETURN_IF_ERROR(RunQuery(connection, kDeleteFrames, map, kFramesPerStep));
   if (connection.changes() > 0) return false;

@@ -24,6 +24,7 @@
 #include "storage/sqlite/map_outline_rows.h"
 #include "storage/sqlite/map_part_rows.h"
 #include "storage/sqlite/map_repair.h"
+#include "storage/sqlite/map_rewrite.h"
 #include "storage/sqlite/map_rows.h"
 #include "storage/sqlite/migrations.h"
 #include "storage/sqlite/point_rows.h"
@@ -115,6 +116,21 @@ class SqliteMapStore final : public MapStore {
     SEMMAP_ASSIGN_OR_RETURN(const std::unique_ptr<Connection> connection, Connection::Open(options_));
     SEMMAP_RETURN_IF_ERROR(AttachSource(*connection, path));
     return Copy(connection.get(), MapCopy::From::kAttached, map, name, created_at, progress);
+  }
+
+  absl::StatusOr<MapInfo> RewriteMap(const MapRewrite& rewrite, const ProgressVisitor& progress) override {
+    SEMMAP_RETURN_IF_ERROR(ValidateDelta(rewrite.changes));
+    SEMMAP_ASSIGN_OR_RETURN(RewriteSteps steps,
+                            Write([&](Connection& writer) { return RewriteSteps::Begin(writer, rewrite); }));
+    absl::Status status = RunSteps(writer_.get(), &steps, progress);
+    if (status.ok()) status = Write([&](Connection& writer) { return steps.Finish(writer); });
+    if (!status.ok()) {
+      PurgeHidden(steps.result());
+      return status;
+    }
+    PurgeHidden(rewrite.map.map);
+    if (rewrite.joined && rewrite.delete_joined) PurgeHidden(rewrite.joined->map);
+    return GetMap(steps.result());
   }
 
   absl::StatusOr<MapInfo> UpdateMap(MapId map, const MapChanges& changes) override {
@@ -293,25 +309,31 @@ class SqliteMapStore final : public MapStore {
     SEMMAP_ASSIGN_OR_RETURN(MapCopy copy, WriteBy(connection, [&](Connection& writer) {
                               return MapCopy::Begin(writer, from, map, created_at);
                             }));
-    absl::Status status = RunCopy(connection, &copy, progress);
+    absl::Status status = RunSteps(connection, &copy, progress);
     if (status.ok()) {
       status = WriteBy(connection, [&](Connection& writer) { return copy.Finish(writer, name); });
     }
     if (status.ok()) return GetMap(copy.copy());
-    if (const absl::Status purged = Purge(copy.copy()); !purged.ok()) {
-      spdlog::warn("storage: an unfinished copy stays until the next start: {}", purged.ToString());
-    }
+    PurgeHidden(copy.copy());
     return status;
   }
 
-  absl::Status RunCopy(Connection* connection, MapCopy* copy, const ProgressVisitor& progress) {
+  template <typename Steps>
+  absl::Status RunSteps(Connection* connection, Steps* steps, const ProgressVisitor& progress) {
     bool done = false;
     while (!done) {
       SEMMAP_ASSIGN_OR_RETURN(done,
-                              WriteBy(connection, [&](Connection& writer) { return copy->Step(writer); }));
-      if (progress && !progress(copy->Progress())) return absl::CancelledError("the copy was cancelled");
+                              WriteBy(connection, [&](Connection& writer) { return steps->Step(writer); }));
+      if (progress && !progress(steps->Progress())) return absl::CancelledError("the copy was cancelled");
     }
     return absl::OkStatus();
+  }
+
+  // Of a hidden map: what is left of it when this fails goes at the next start.
+  void PurgeHidden(MapId map) {
+    if (const absl::Status purged = Purge(map); !purged.ok()) {
+      spdlog::warn("storage: a hidden map stays until the next start: {}", purged.ToString());
+    }
   }
 
   absl::Status Purge(MapId map) {

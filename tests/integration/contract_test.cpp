@@ -58,15 +58,6 @@ TEST_F(ContractTest, EveryCallIsKnown) {
   EXPECT_EQ(calls, 30);
 }
 
-TEST_F(ContractTest, WhatIsToComeSaysSo) {
-  for (const char* call : {"MapService/MergeMaps", "MapService/OptimizeMap", "MapService/PruneMap"}) {
-    const absl::Status status = Call(std::string("/semmap.v1.") + call).status;
-    EXPECT_EQ(status.code(), absl::StatusCode::kUnimplemented) << call;
-    EXPECT_EQ(client::ErrorReason(status), "NOT_IMPLEMENTED") << call;
-    EXPECT_FALSE(client::ErrorMetadata(status, "feature").empty()) << call;
-  }
-}
-
 TEST_F(ContractTest, HealthFollowsTheDrain) {
   // grpc.health.v1.HealthCheckResponse.status: 1 SERVING, 2 NOT_SERVING.
   EXPECT_EQ(Call("/grpc.health.v1.Health/Check").response, std::string("\x08\x01"));

@@ -5,124 +5,28 @@
 #include <cmath>
 #include <thread>
 
-#include "client/image.h"
-#include "service_fixture.h"
-#include "slam/place/vocabulary.h"
-#include "tests/support/textured_room.h"
+#include "room_fixture.h"
 
 namespace semmap {
 namespace {
 
-using ::semmap::testing::GentleDrive;
-using ::semmap::testing::SmallRig;
-using ::semmap::testing::TexturedRoom;
-
 constexpr int kMapFrames = 22;
 constexpr int kFarFrames = 34;
-constexpr double kStep = 0.12;
 // Of a pose against the truth, metres: the map's own error, and a little.
 constexpr double kBound = 0.06;
 
-struct Picture {
-  v1::Image image;
-  v1::Image right;
-};
-
-v1::CameraRig RoomRig(v1::SensorType sensor) {
-  const CameraRig rig = SmallRig(SensorType::kStereo);
-  v1::CameraRig proto;
-  proto.set_sensor(sensor);
-  v1::CameraIntrinsics* camera = proto.mutable_camera();
-  camera->set_width(rig.camera.width);
-  camera->set_height(rig.camera.height);
-  camera->set_fx(rig.camera.fx);
-  camera->set_fy(rig.camera.fy);
-  camera->set_cx(rig.camera.cx);
-  camera->set_cy(rig.camera.cy);
-  camera->set_distortion_model(v1::DISTORTION_MODEL_NONE);
-  if (sensor == v1::SENSOR_TYPE_STEREO) proto.set_baseline_m(rig.baseline_m);
-  return proto;
-}
-
-// Drawn once for all tests.
-const std::vector<Picture>& Pictures() {
-  static const std::vector<Picture> pictures = [] {
-    std::vector<Picture> drawn;
-    const TexturedRoom room(3);
-    const CameraRig rig = SmallRig(SensorType::kStereo);
-    const SE3 left_from_right(Eigen::Quaterniond::Identity(), {rig.baseline_m, 0, 0});
-    for (const SE3& pose : GentleDrive(kFarFrames, kStep)) {
-      drawn.push_back({client::RawImage(room.Render(rig.camera, pose)).value(),
-                       client::RawImage(room.Render(rig.camera, pose * left_from_right)).value()});
-    }
-    return drawn;
-  }();
-  return pictures;
-}
-
-v1::Frame FrameOf(int picture, uint64_t sequence, bool stereo) {
-  v1::Frame frame;
-  frame.set_sequence(sequence);
-  frame.set_timestamp_ns(static_cast<int64_t>(sequence) * 100'000'000);
-  *frame.mutable_image() = Pictures()[static_cast<size_t>(picture)].image;
-  if (stereo) *frame.mutable_right() = Pictures()[static_cast<size_t>(picture)].right;
-  return frame;
-}
-
-class StoredMapTest : public ServiceTest {
+class StoredMapTest : public RoomTest {
  protected:
   void SetUp() override {
     StartRealServer();
     ASSERT_EQ(Drive(v1::SESSION_MODE_MAP, "room", 0, kMapFrames), kMapFrames);
   }
 
-  void StartRealServer() {
-    server_.reset();
-    config_.slam.orb.features = 800;
-    const auto vocabulary = LoadVocabulary(config_.slam.place);
-    ASSERT_TRUE(vocabulary.ok()) << vocabulary.status();
-    auto server = server::Server::Start(
-        config_,
-        [vocabulary = *vocabulary](const SlamConfig& config, const CameraRig& rig, MapDeltaSink* sink,
-                                   Executor* executor, SessionStart start) {
-          return Session::Create(config, rig, sink, executor, vocabulary, nullptr, std::move(start));
-        },
-        *vocabulary);
-    ASSERT_TRUE(server.ok()) << server.status();
-    server_ = *std::move(server);
-  }
-
-  client::DriveOptions OptionsFor(v1::SessionMode mode, const std::string& map, bool stereo = true) const {
-    client::DriveOptions options = DriveTo(map);
-    options.mode = mode;
-    options.rig = RoomRig(stereo ? v1::SENSOR_TYPE_STEREO : v1::SENSOR_TYPE_MONO);
-    return options;
-  }
-
-  // Drives along pictures [begin, end); how many were tracked. Answers go to recorder_.
-  int Drive(v1::SessionMode mode, const std::string& map, int begin, int end, bool stereo = true) {
-    recorder_ = std::make_unique<Recorder>();
-    auto drive = client::Drive::Start(Connect(), OptionsFor(mode, map, stereo), recorder_->Observer());
-    EXPECT_TRUE(drive.ok()) << drive.status();
-    if (!drive.ok()) return 0;
-    uint64_t sequence = 0;
-    for (int i = begin; i < end; ++i) EXPECT_TRUE((*drive)->Send(FrameOf(i, ++sequence, stereo)).ok());
-    const auto summary = (*drive)->Finish();
-    EXPECT_TRUE(summary.ok()) << summary.status();
-    if (!summary.ok()) return 0;
-    session_ = summary->session();
-    return static_cast<int>(session_.statistics().frames_tracked());
-  }
-
   static v1::RelocalizeRequest RequestFor(int picture, bool stereo) {
-    v1::RelocalizeRequest request;
-    request.set_map("room");
-    *request.mutable_rig() = RoomRig(stereo ? v1::SENSOR_TYPE_STEREO : v1::SENSOR_TYPE_MONO);
-    *request.mutable_frame() = FrameOf(picture, 0, stereo);
-    return request;
+    return RoomTest::RequestFor("room", picture, stereo);
   }
   absl::StatusOr<v1::RelocalizeResponse> Relocalize(int picture, bool stereo) {
-    return client::Client(Connect()).Relocalize(RequestFor(picture, stereo));
+    return RoomTest::Relocalize("room", picture, stereo);
   }
 
   // The greatest of any number of two poses.
@@ -136,18 +40,7 @@ class StoredMapTest : public ServiceTest {
                      std::abs(r.w() - s.w())});
   }
 
-  // How far a pose is from where the picture was taken.
-  static double Error(const v1::Pose& map_from_camera, int picture) {
-    const SE3 truth = GentleDrive(1, kStep).front().Inverse() *
-                      GentleDrive(kFarFrames, kStep)[static_cast<size_t>(picture)];
-    const v1::Vector3& t = map_from_camera.translation();
-    return (Eigen::Vector3d(t.x(), t.y(), t.z()) - truth.translation()).norm();
-  }
-
   v1::Map TheMap() { return client::Client(Connect()).GetMap("room").value(); }
-
-  std::unique_ptr<Recorder> recorder_;
-  v1::Session session_;
 };
 
 TEST_F(StoredMapTest, APictureIsFoundWithOneEyeAndWithTwo) {
