@@ -22,9 +22,9 @@ namespace semmap::kill_test {
 enum class Phase { kDrive, kExtend, kLoop, kCopy, kImport, kBackup, kMigration };
 const char* NameOf(Phase phase);
 // The order in which kills come, over and over.
-constexpr std::array kPhases = {Phase::kDrive,  Phase::kExtend, Phase::kLoop,      Phase::kCopy,
-                                Phase::kImport, Phase::kBackup, Phase::kMigration, Phase::kDrive,
-                                Phase::kDrive,  Phase::kDrive};
+inline constexpr std::array kPhases = {Phase::kDrive,  Phase::kExtend, Phase::kLoop,      Phase::kCopy,
+                                       Phase::kImport, Phase::kBackup, Phase::kMigration, Phase::kDrive,
+                                       Phase::kDrive,  Phase::kDrive};
 
 struct RoundsOptions {
   std::string directory;  // of the test's own

@@ -51,10 +51,12 @@ TEST(RelocalizationReport, APlaceOnEarthHasItsColumns) {
   EXPECT_EQ(json["latitude_deg"], 48.137);
   EXPECT_EQ(json["longitude_deg"], 11.575);
   EXPECT_EQ(json["altitude_m"], 519.5);
-  const std::string table = RelocalizationTable({json, RelocalizationJson("b.png", Found())});
-  EXPECT_THAT(table, HasSubstr("48.13700000"));
-  EXPECT_THAT(table, HasSubstr("519.500"));
-  EXPECT_THAT(RelocalizationTable({RelocalizationJson("b.png", Found())}), Not(HasSubstr("latitude")));
+  nlohmann::json all = nlohmann::json::array();
+  all.push_back(RelocalizationJson("b.png", Found()));
+  EXPECT_THAT(RelocalizationTable(all), Not(HasSubstr("latitude")));
+  all.push_back(json);
+  EXPECT_THAT(RelocalizationTable(all), HasSubstr("48.13700000"));
+  EXPECT_THAT(RelocalizationTable(all), HasSubstr("519.500"));
 }
 
 TEST(RelocalizationReport, WhatWasNotFoundHasAReasonAndNoPose) {
