@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kCopiesPerRow = 8;
 constexpr double kSpacing = 1500;  // metres
-constexpr int kMaskBits = 37;
+constexpr int kMaskBits = 112;
 constexpr size_t kKeyFramesPerDelta = 40;
 constexpr size_t kPointsPerDelta = 5000;
 
