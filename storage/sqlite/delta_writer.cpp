@@ -173,7 +173,8 @@ absl::Status WriteDelta(Connection& connection, MapId map, SessionId session, co
 
 absl::Status WriteChanges(Connection& connection, MapId map, const MapDelta& changes) {
   SEMMAP_ASSIGN_OR_RETURN(const int64_t session, QueryInteger(connection, kSelectAnySession, map));
-  return DeltaWriter(connection, map, SessionId(static_cast<uint64_t>(session)), SessionProgress(), 0)
+  return DeltaWriter(connection, map, SessionId(static_cast<uint64_t>(session)), SessionProgress(),
+                     {0, nullptr, {}})
       .Change(changes);
 }
 
