@@ -8,6 +8,8 @@
 #include <map>
 #include <string>
 
+#include <spdlog/spdlog.h>
+
 #include "CLI/CLI.hpp"
 #include "client/sources/open_source.h"
 #include "recording.h"
@@ -94,6 +96,8 @@ int Main(int argc, char** argv) {
   app.add_option("--config", arguments.config, "Configuration of semmapd")->check(CLI::ExistingFile);
   app.add_option("--directory", arguments.keep, "Work in this directory and leave it there");
   app.add_flag("--json", arguments.json, "Print JSON instead of a table");
+  // What the test itself does to databases is not to be read among its report.
+  spdlog::set_level(spdlog::level::warn);
   return bench::RunMain(app, "kill_test", argc, argv, [&] { return Run(arguments); });
 }
 
