@@ -82,7 +82,7 @@ absl::StatusOr<bool> MustForgetDepth(Connection& connection, MapId map, MapId jo
   return select.Int(0) == 0 && select.Int(1) != 0;
 }
 
-// Whoever opens the store beside us takes hidden maps for remains of a crash and purges them.
+// Once more before it is shown: whoever opens the store where it cannot be locked purges hidden maps.
 absl::Status RequireWhole(Connection& connection, MapId hidden) {
   SEMMAP_ASSIGN_OR_RETURN(const int64_t whole, QueryInteger(connection, kIsWhole, hidden));
   return whole != 0

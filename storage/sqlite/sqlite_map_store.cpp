@@ -30,6 +30,7 @@
 #include "storage/sqlite/point_rows.h"
 #include "storage/sqlite/reader_pool.h"
 #include "storage/sqlite/session_rows.h"
+#include "storage/sqlite/store_lock.h"
 #include "storage/sqlite/summary.h"
 #include "storage/sqlite/transaction.h"
 #include "storage/sqlite/whole_map.h"
@@ -41,9 +42,11 @@ namespace {
 
 class SqliteMapStore final : public MapStore {
  public:
-  SqliteMapStore(std::unique_ptr<Connection> writer, std::unique_ptr<Checkpointer> checkpointer,
-                 const ConnectionOptions& options, const StorageConfig& config)
-      : options_(options),
+  SqliteMapStore(std::unique_ptr<StoreLock> lock, std::unique_ptr<Connection> writer,
+                 std::unique_ptr<Checkpointer> checkpointer, const ConnectionOptions& options,
+                 const StorageConfig& config)
+      : lock_(std::move(lock)),
+        options_(options),
         max_keypoints_(static_cast<size_t>(config.keyframe_keypoints)),
         checkpointer_(std::move(checkpointer)),
         writer_(std::move(writer)),
@@ -51,8 +54,10 @@ class SqliteMapStore final : public MapStore {
     checkpointer_->Watch(*writer_);
   }
 
-  // Ends the deletions that a crash cut short.
+  // Ends the deletions that a crash cut short, unless another process has the store open: it could be in the
+  // middle of a copy.
   absl::Status FinishDeletions() {
+    if (!lock_->is_alone()) return absl::OkStatus();
     std::vector<MapId> hidden;
     SEMMAP_RETURN_IF_ERROR(Write([&](Connection& connection) -> absl::Status {
       SEMMAP_ASSIGN_OR_RETURN(hidden, HiddenMaps(connection));
@@ -347,6 +352,7 @@ class SqliteMapStore final : public MapStore {
     return absl::OkStatus();
   }
 
+  const std::unique_ptr<StoreLock> lock_;
   const ConnectionOptions options_;
   const size_t max_keypoints_;
   const std::unique_ptr<Checkpointer> checkpointer_;
@@ -392,10 +398,14 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteMapStore(const StorageConfig
   options.busy_timeout_ms = config.busy_timeout_ms;
   options.cache_mb = config.cache_mb;
   SEMMAP_ASSIGN_OR_RETURN(std::unique_ptr<Connection> writer, Connection::Open(options));
+  auto lock = std::make_unique<StoreLock>(path);
   SEMMAP_RETURN_IF_ERROR(MigrateDatabase(*writer, EmbeddedMigrations()));
   SEMMAP_ASSIGN_OR_RETURN(std::unique_ptr<Checkpointer> checkpointer, Checkpointer::Start(options));
-  auto store = std::make_unique<SqliteMapStore>(std::move(writer), std::move(checkpointer), options, config);
+  const StoreLock& opened = *lock;
+  auto store = std::make_unique<SqliteMapStore>(std::move(lock), std::move(writer), std::move(checkpointer),
+                                                options, config);
   SEMMAP_RETURN_IF_ERROR(store->FinishDeletions());
+  opened.Share();
   return store;
 }
 

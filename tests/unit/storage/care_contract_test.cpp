@@ -92,6 +92,21 @@ TEST_P(MapCare, CopyHoldsTheSameAndIsItsOwn) {
   EXPECT_EQ(Findings(*store_, copy->id), "");
 }
 
+// A backup beside a running server opens the store a second time: a copy under way is no remains of a crash.
+TEST_P(MapCare, WhoOpensTheStoreMeanwhileLeavesTheCopyAlone) {
+  GrowMap();
+  int opened = 0;
+  const absl::StatusOr<MapInfo> copy = store_->CopyMap(map_, "copy", 77, [&](double) {
+    const auto other = OpenMapStore(config_);
+    EXPECT_TRUE(other.ok()) << other.status();
+    ++opened;
+    return true;
+  });
+  ASSERT_TRUE(copy.ok()) << copy.status();
+  EXPECT_GT(opened, 1);
+  ExpectSameContents(*store_, copy->id);
+}
+
 TEST_P(MapCare, CopyGrowsOn) {
   StartSmallMap();
   const absl::StatusOr<MapInfo> copy = store_->CopyMap(map_, "copy", 77, nullptr);
