@@ -142,6 +142,7 @@ TEST_F(DriveTest, EndSessionEndsTheStream) {
   auto drive = client::Drive::Start(Connect(), DriveTo("town"), {});
   ASSERT_TRUE(drive.ok()) << drive.status();
   ASSERT_TRUE((*drive)->Send(Frame(1)).ok());
+  ASSERT_TRUE(gate_.WaitForFrames(1)) << "it must have arrived to be stored";
   const auto ended = client::Client(Connect()).EndSession((*drive)->started().session());
   ASSERT_TRUE(ended.ok()) << ended.status();
   EXPECT_EQ(ended->end_reason(), v1::SESSION_END_REASON_OPERATOR);
