@@ -140,7 +140,8 @@ struct Route {
 const std::vector<std::string>& RouteNames();
 
 // `1` (610 m), `2` (242 m) and `3` (456 m) stand for the paper's routes; `loop` returns over its own start by
-// more than 100 m; `2-back` and `opposite` drive the streets of `2` and `loop` the other way. NOT_FOUND for another name.
+// more than 100 m; `2-back` and `opposite` drive the streets of `2` and `loop` the other way. NOT_FOUND for
+// another name.
 absl::StatusOr<Route> MakeRoute(const RoadNetwork& network, const std::string& name);
 
 }  // namespace semmap::town

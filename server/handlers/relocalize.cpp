@@ -124,8 +124,8 @@ absl::StatusOr<v1::RelocalizeResponse> Relocalize(const ServiceContext& context,
     response.set_result(v1::RELOCALIZE_RESULT_TOO_FEW_FEATURES);
   } else {
     const MapLocalizer localizer(slam.relocalization, static_cast<uint32_t>(slam.seed));
-    const auto looked = localizer.Locate(map, MakeMappingCamera(slam, builder),
-                                         {*frame.features, *frame.grid}, task.prior);
+    const auto looked =
+        localizer.Locate(map, MakeMappingCamera(slam, builder), {*frame.features, *frame.grid}, task.prior);
     if (absl::IsNotFound(looked.status())) return WithReason(looked.status(), v1::ERROR_REASON_MAP_NOT_FOUND);
     if (!looked.ok()) return FromStore(looked.status());
     const MapLocalization& located = *looked;

@@ -69,10 +69,9 @@ class GrpcServer : public Server {
         workers_(MakeThreadPool(kOperationThreads)),
         loaders_(MakeThreadPool(kMapLoadingThreads)),
         map_parts_(std::make_shared<MapPartCache>(CacheLimits(config.server).max_bytes)),
-        maps_(std::make_unique<MapCache>(
-            CacheLimits(config.server),
-            MakeMapLoader(store_.get(), config.slam, vocabulary_, map_parts_), loaders_.get(),
-            map_parts_)),
+        maps_(std::make_unique<MapCache>(CacheLimits(config.server),
+                                         MakeMapLoader(store_.get(), config.slam, vocabulary_, map_parts_),
+                                         loaders_.get(), map_parts_)),
         artifacts_(config.server.artifact_directory, int64_t{config.server.max_artifacts_mb} << 20,
                    absl::Seconds(config.server.artifact_lifetime_s), WallClock),
         sessions_(std::make_unique<SessionRegistry>(Environment(), config.slam, std::move(factory), &timer_)),
@@ -105,9 +104,19 @@ class GrpcServer : public Server {
             writer_.get(),  &watchers_,   WallClock,       maps_.get()};
   }
   ServiceContext Context(std::shared_ptr<SegmentationQueue> segmentation) {
-    return {config_.server, store_.get(),      sessions_.get(), &requests_,  &timer_,
-            operations_.get(), &artifacts_,    &watchers_,      WallClock,   config_.slam,
-            maps_.get(),    vocabulary_,       std::move(segmentation)};
+    return {config_.server,
+            store_.get(),
+            sessions_.get(),
+            &requests_,
+            &timer_,
+            operations_.get(),
+            &artifacts_,
+            &watchers_,
+            WallClock,
+            config_.slam,
+            maps_.get(),
+            vocabulary_,
+            std::move(segmentation)};
   }
   static TimestampNs WallClock() { return absl::GetCurrentTimeNanos(); }
   std::string Host() const { return config_.server.listen.substr(0, config_.server.listen.rfind(':')); }
