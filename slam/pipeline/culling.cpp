@@ -5,7 +5,6 @@ namespace {
 
 constexpr uint64_t kProbationKeyFrames = 2;
 constexpr double kMinFoundShare = 0.25;
-constexpr int kEnoughObservers = 3;
 
 enum class Verdict { kKeep, kPassed, kRemove };
 
@@ -13,18 +12,6 @@ Verdict Judge(const MapPoint& point, uint64_t age, size_t needed_observations) {
   if (point.found < kMinFoundShare * point.visible) return Verdict::kRemove;
   if (age >= kProbationKeyFrames && point.observations.size() < needed_observations) return Verdict::kRemove;
   return age > kProbationKeyFrames ? Verdict::kPassed : Verdict::kKeep;
-}
-
-bool IsRedundant(const MapPoint& point, KeyFrameId self, int octave, const Map& map) {
-  int observers = 0;
-  for (const Observation& observation : point.observations) {
-    if (observation.keyframe == self) continue;
-    const KeyFrame& other = *map.FindKeyFrame(observation.keyframe);
-    if (other.features->keypoints[observation.keypoint].octave <= octave + 1 &&
-        ++observers >= kEnoughObservers)
-      return true;
-  }
-  return false;
 }
 
 bool IsKeyFrameRedundant(const KeyFrame& keyframe, double share, double close_depth_m, const Map& map) {
@@ -37,7 +24,7 @@ bool IsKeyFrameRedundant(const KeyFrame& keyframe, double share, double close_de
     if (close_depth_m > 0 && (!keypoint.HasDepth() || keypoint.depth > close_depth_m)) continue;
     ++points;
     if (point->observations.size() > kEnoughObservers &&
-        IsRedundant(*point, keyframe.id, keypoint.octave, map))
+        CountOtherObservers(*point, keyframe.id, keypoint.octave, map) >= kEnoughObservers)
       ++redundant;
   }
   return redundant > share * points;
@@ -58,6 +45,18 @@ void YoungPoints::Cull(bool has_depth, Map* map) {
     if (verdict == Verdict::kRemove) map->RemovePoint(young.id);
     return verdict != Verdict::kKeep;
   });
+}
+
+int CountOtherObservers(const MapPoint& point, KeyFrameId self, int octave, const Map& map) {
+  int observers = 0;
+  for (const Observation& observation : point.observations) {
+    if (observation.keyframe == self) continue;
+    const KeyFrame& other = *map.FindKeyFrame(observation.keyframe);
+    if (other.features->keypoints[observation.keypoint].octave <= octave + 1 &&
+        ++observers >= kEnoughObservers)
+      break;
+  }
+  return observers;
 }
 
 std::vector<KeyFrameId> CullKeyFrames(const MappingConfig& config, double close_depth_m, KeyFrameId keyframe,

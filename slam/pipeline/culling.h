@@ -30,6 +30,11 @@ class YoungPoints {
   std::vector<Newborn> points_;
 };
 
+// A point that so many other keyframes see at the same or a finer scale is not missed where it is left out.
+constexpr int kEnoughObservers = 3;
+// How many keyframes other than `self`, which sees the point in `octave`, do so; at most kEnoughObservers.
+int CountOtherObservers(const MapPoint& point, KeyFrameId self, int octave, const Map& map);
+
 // Removes keyframes around `keyframe` of whose points nearly all are seen by three others at the same or a
 // finer scale (section VI-E). Depth farther than `close_depth_m` does not count (0: no limit). Returns those
 // that were removed.

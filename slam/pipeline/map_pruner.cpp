@@ -7,26 +7,14 @@
 #include <utility>
 #include <vector>
 
+#include "slam/pipeline/culling.h"
+
 namespace semmap {
 namespace {
 
-// A point seen by so many others at the same or a finer scale is not missed (Mur-Artal et al. 2015, VI-E).
-constexpr int kEnoughObservers = 3;
 // What a keyframe keeps while others have more than that: twice what relocalization wants.
 constexpr int kKeptPoints = 100;
 constexpr size_t kStepsPerVisit = 256;
-
-int OthersThatSee(const MapPoint& point, KeyFrameId self, int octave, const Map& map) {
-  int observers = 0;
-  for (const Observation& observation : point.observations) {
-    if (observation.keyframe == self) continue;
-    const KeyFrame& other = *map.FindKeyFrame(observation.keyframe);
-    if (other.features->keypoints[observation.keypoint].octave <= octave + 1 &&
-        ++observers >= kEnoughObservers)
-      break;
-  }
-  return observers;
-}
 
 // How well others see what the keyframe sees, [0, 1].
 double Redundancy(const KeyFrame& keyframe, double close_depth, const Map& map) {
@@ -38,7 +26,7 @@ double Redundancy(const KeyFrame& keyframe, double close_depth, const Map& map) 
     const Keypoint& keypoint = keyframe.features->keypoints[i];
     if (close_depth > 0 && (!keypoint.HasDepth() || keypoint.depth > close_depth)) continue;
     ++points;
-    observers += OthersThatSee(*point, keyframe.id, keypoint.octave, map);
+    observers += CountOtherObservers(*point, keyframe.id, keypoint.octave, map);
   }
   // Without any point the keyframe is of no use.
   return points == 0 ? 1 : static_cast<double>(observers) / (kEnoughObservers * points);
