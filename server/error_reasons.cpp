@@ -104,6 +104,10 @@ absl::Status Error(v1::ErrorReason reason, std::string_view message, ErrorMetada
   return status;
 }
 
+absl::Status FieldInvalid(std::string_view field, std::string_view what) {
+  return Error(v1::ERROR_REASON_FIELD_INVALID, absl::StrCat(field, " ", what), {{"field", std::string(field)}});
+}
+
 absl::Status NotImplemented(std::string_view feature) {
   return Error(v1::ERROR_REASON_NOT_IMPLEMENTED,
                std::string(feature).append(" is not implemented by this version of the server"),

@@ -18,6 +18,9 @@ using ErrorMetadata = std::initializer_list<std::pair<std::string_view, std::str
 // A status with the reason's code and the reason as its payload.
 absl::Status Error(v1::ErrorReason reason, std::string_view message, ErrorMetadata metadata = {});
 
+// FIELD_INVALID, "<field> <what>": `what` says what the field must be.
+absl::Status FieldInvalid(std::string_view field, std::string_view what);
+
 // "This version does not do that."
 absl::Status NotImplemented(std::string_view feature);
 

@@ -15,10 +15,6 @@ constexpr int kMaxLabels = 64;
 constexpr int64_t kMaxKey = 63;
 constexpr int64_t kMaxValue = 255;
 
-absl::Status FieldInvalid(const char* field, const char* what) {
-  return Error(v1::ERROR_REASON_FIELD_INVALID, std::string(field) + " " + what, {{"field", field}});
-}
-
 // Of UTF-8, which protobuf has checked.
 int64_t Characters(const std::string& text) {
   return std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; });

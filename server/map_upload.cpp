@@ -17,10 +17,6 @@ constexpr const char* kMethod = "ImportMap";
 constexpr size_t kMaxChunk = 1 << 20;
 constexpr size_t kSha256Bytes = 32;
 
-absl::Status FieldInvalid(const char* field, const char* what) {
-  return Error(v1::ERROR_REASON_FIELD_INVALID, std::string(field) + " " + what, {{"field", field}});
-}
-
 absl::Status MapExists(const std::string& map_id) {
   return Error(v1::ERROR_REASON_MAP_EXISTS, MapName(map_id) + " exists", {{"map", map_id}});
 }

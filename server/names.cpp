@@ -82,4 +82,9 @@ absl::Status ValidateText(std::string_view field, std::string_view text, size_t 
                {{"field", std::string(field)}});
 }
 
+absl::Status ValidateRequestId(std::string_view request_id) {
+  constexpr size_t kMaxRequestId = 63;
+  return ValidateText("request_id", request_id, kMaxRequestId);
+}
+
 }  // namespace semmap::server

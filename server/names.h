@@ -26,5 +26,7 @@ std::string ArtifactName(std::string_view artifact_id);
 
 // An optional text of printable ASCII that is copied into logs: FIELD_INVALID when longer or otherwise made.
 absl::Status ValidateText(std::string_view field, std::string_view text, size_t max_length);
+// The same of a request_id: at most 63 characters.
+absl::Status ValidateRequestId(std::string_view request_id);
 
 }  // namespace semmap::server

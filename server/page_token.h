@@ -16,6 +16,6 @@ std::string MakePageToken(const std::string& scope, const std::string& cursor);
 absl::StatusOr<std::string> ReadPageToken(const std::string& scope, const std::string& token);
 
 // 0: `standard`; more than `maximum`: `maximum`; negative: FIELD_INVALID.
-absl::StatusOr<int> ReadPageSize(int requested, int standard, int maximum);
+absl::StatusOr<int> ReadPageSize(int requested, int standard = 100, int maximum = 1000);
 
 }  // namespace semmap::server

@@ -12,10 +12,6 @@ namespace {
 
 constexpr int kMaxClasses = 256;
 
-absl::Status FieldInvalid(const char* field, const char* what) {
-  return Error(v1::ERROR_REASON_FIELD_INVALID, std::string(field) + " " + what, {{"field", field}});
-}
-
 absl::Status ReadClasses(const v1::MapPointFilter& filter, storage::MapPointQuery* query) {
   if (filter.semantic_classes_size() > kMaxClasses)
     return FieldInvalid("filter.semantic_classes", "has too many");

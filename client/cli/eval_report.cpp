@@ -6,17 +6,17 @@
 namespace semmap::client {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 
 constexpr char kAxisNames[] = "xyz";
 
-json StatisticsJson(const ErrorStatistics& statistics) {
+Json StatisticsJson(const ErrorStatistics& statistics) {
   return {{"rmse", statistics.rmse}, {"mean", statistics.mean}, {"median", statistics.median},
           {"max", statistics.max},   {"min", statistics.min},   {"std", statistics.std}};
 }
 
 // What every metric says about its input.
-json CommonJson(const char* metric, const EvalOptions& options, const EvalInput& input, double scale) {
+Json CommonJson(const char* metric, const EvalOptions& options, const EvalInput& input, double scale) {
   return {{"metric", metric},
           {"align", AlignmentName(options.alignment)},
           {"associated_by", input.by_time ? "time" : "index"},
@@ -27,7 +27,7 @@ json CommonJson(const char* metric, const EvalOptions& options, const EvalInput&
           {"scale", scale}};
 }
 
-json TransformJson(const Sim3& transform) {
+Json TransformJson(const Sim3& transform) {
   const Eigen::Vector3d& t = transform.rigid.translation();
   const Eigen::Quaterniond& q = transform.rigid.rotation();
   return {{"translation", {t.x(), t.y(), t.z()}}, {"rotation_xyzw", {q.x(), q.y(), q.z(), q.w()}}};
@@ -51,8 +51,8 @@ std::string InputRows(const EvalInput& input, double scale) {
 
 }  // namespace
 
-json AteJson(const EvalOptions& options, const EvalInput& input, const AteResult& ate) {
-  json result = CommonJson("ate", options, input, ate.reference_from_estimate.scale);
+Json AteJson(const EvalOptions& options, const EvalInput& input, const AteResult& ate) {
+  Json result = CommonJson("ate", options, input, ate.reference_from_estimate.scale);
   result.update(StatisticsJson(ate.translation_m));
   result["reference_from_estimate"] = TransformJson(ate.reference_from_estimate);
   return result;
@@ -64,8 +64,8 @@ std::string AteTable(const EvalOptions& options, const EvalInput& input, const A
                       InputRows(input, ate.reference_from_estimate.scale));
 }
 
-json RpeJson(const EvalOptions& options, const EvalInput& input, const RpeResult& rpe) {
-  json result = CommonJson("rpe", options, input, rpe.scale);
+Json RpeJson(const EvalOptions& options, const EvalInput& input, const RpeResult& rpe) {
+  Json result = CommonJson("rpe", options, input, rpe.scale);
   result.update(StatisticsJson(rpe.interval.translation_m));
   result["rotation_deg"] = StatisticsJson(rpe.interval.rotation_deg);
   result["intervals"] = rpe.interval.translation_m.count;
@@ -76,7 +76,7 @@ json RpeJson(const EvalOptions& options, const EvalInput& input, const RpeResult
   }
   result["segments"] = nullptr;
   if (!rpe.segments) return result;
-  json lengths = json::array();
+  Json lengths = Json::array();
   for (const SegmentLengthError& length : rpe.segments->by_length) {
     lengths.push_back({{"length_m", length.length_m},
                        {"segments", length.segments},
@@ -112,8 +112,8 @@ std::string RpeTable(const EvalInput& input, const RpeResult& rpe) {
   return table;
 }
 
-json MapeJson(const EvalOptions& options, const EvalInput& input, const MapeResult& mape) {
-  json result = CommonJson("mape", options, input, mape.reference_from_estimate.scale);
+Json MapeJson(const EvalOptions& options, const EvalInput& input, const MapeResult& mape) {
+  Json result = CommonJson("mape", options, input, mape.reference_from_estimate.scale);
   result.update(StatisticsJson(Summarize(mape.errors_m)));
   result["mape_percent"] = mape.mape_percent;
   for (size_t i = 0; i < 2; ++i) {

@@ -11,11 +11,11 @@
 namespace semmap::client {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 
-json VectorJson(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+Json VectorJson(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
-json BoxJson(bool there, const v1::Box& box) {
+Json BoxJson(bool there, const v1::Box& box) {
   if (!there) return nullptr;
   return {{"min", VectorJson(box.min())}, {"max", VectorJson(box.max())}};
 }
@@ -26,7 +26,7 @@ std::string BoxText(bool there, const v1::Box& box) {
                          box.min().y(), box.max().y(), box.min().z(), box.max().z());
 }
 
-json AnchorJson(const v1::GeoAnchor& anchor) {
+Json AnchorJson(const v1::GeoAnchor& anchor) {
   const v1::Similarity& enu_from_map = anchor.enu_from_map();
   const v1::Quaternion& q = enu_from_map.pose().rotation();
   return {{"latitude_deg", anchor.origin().latitude_deg()},
@@ -69,13 +69,13 @@ const char* MapStateName(v1::MapState state) {
   }
 }
 
-json MapJson(const v1::Map& map) {
-  json labels = json::object();
+Json MapJson(const v1::Map& map) {
+  Json labels = Json::object();
   for (const auto& [key, value] : map.labels()) labels[key] = value;
   return {{"name", IdOfName(map.name())},
           {"display_name", map.display_name()},
           {"labels", labels},
-          {"anchor", map.has_anchor() ? AnchorJson(map.anchor()) : json()},
+          {"anchor", map.has_anchor() ? AnchorJson(map.anchor()) : Json()},
           {"state", MapStateName(map.state())},
           {"version", map.version()},
           {"keyframes", map.keyframe_count()},
@@ -84,8 +84,8 @@ json MapJson(const v1::Map& map) {
           {"update_time", map.update_time().seconds()}};
 }
 
-json MapSummaryJson(const v1::MapSummary& summary) {
-  json result = MapJson(summary.map());
+Json MapSummaryJson(const v1::MapSummary& summary) {
+  Json result = MapJson(summary.map());
   result["point_extent"] = BoxJson(summary.has_point_extent(), summary.point_extent());
   result["keyframe_extent"] = BoxJson(summary.has_keyframe_extent(), summary.keyframe_extent());
   result["trajectory_length_m"] = summary.trajectory_length_m();
@@ -94,7 +94,7 @@ json MapSummaryJson(const v1::MapSummary& summary) {
   result["size_bytes"] = summary.size_bytes();
   result["first_timestamp_ns"] = summary.first_timestamp_ns();
   result["last_timestamp_ns"] = summary.last_timestamp_ns();
-  result["classes"] = json::array();
+  result["classes"] = Json::array();
   for (const v1::ClassCount& count : summary.classes()) {
     result["classes"].push_back({{"class", count.semantic_class()},
                                  {"name", ClassName(count.semantic_class())},
@@ -128,12 +128,12 @@ std::string MapSummaryTable(const v1::MapSummary& summary) {
   return absl::StrCat(text, "\n", classes.Format());
 }
 
-json MapCheckJson(const v1::CheckMapResponse& response) {
-  json result = {{"sound", response.problems().empty()},
+Json MapCheckJson(const v1::CheckMapResponse& response) {
+  Json result = {{"sound", response.problems().empty()},
                  {"keyframes", response.keyframes()},
                  {"points", response.points()},
                  {"observations", response.observations()},
-                 {"problems", json::array()}};
+                 {"problems", Json::array()}};
   for (const v1::MapProblem& problem : response.problems()) {
     result["problems"].push_back(
         {{"check", problem.check()}, {"count", problem.count()}, {"detail", problem.detail()}});

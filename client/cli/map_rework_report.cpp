@@ -11,9 +11,9 @@
 namespace semmap::client {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 
-json SimilarityJson(const v1::Similarity& similarity) {
+Json SimilarityJson(const v1::Similarity& similarity) {
   const v1::Vector3& t = similarity.pose().translation();
   const v1::Quaternion& q = similarity.pose().rotation();
   return {{"scale", similarity.scale()},
@@ -27,7 +27,7 @@ double AngleDegrees(const v1::Quaternion& q) {
 
 }  // namespace
 
-json MergeJson(const v1::MergeMapsResponse& response, bool dry_run) {
+Json MergeJson(const v1::MergeMapsResponse& response, bool dry_run) {
   return {{"dry_run", dry_run},
           {"map", MapJson(response.map())},
           {"target_from_source", SimilarityJson(response.target_from_source())},
@@ -51,7 +51,7 @@ std::string MergeTable(const v1::MergeMapsResponse& response, bool dry_run) {
       response.map().keyframe_count(), response.map().point_count());
 }
 
-json OptimizeJson(const Client::Optimized& optimized) {
+Json OptimizeJson(const Client::Optimized& optimized) {
   const v1::OptimizeReport& report = optimized.report;
   return {{"map", MapJson(optimized.map)},
           {"initial_rms_px", report.initial_rms_px()},
@@ -71,7 +71,7 @@ std::string OptimizeTable(const Client::Optimized& optimized) {
       IdOfName(optimized.map.name()), optimized.map.keyframe_count(), optimized.map.point_count());
 }
 
-json PruneJson(const Client::Pruned& pruned, bool dry_run) {
+Json PruneJson(const Client::Pruned& pruned, bool dry_run) {
   return {{"dry_run", dry_run},
           {"map", MapJson(pruned.map)},
           {"removed_keyframes", pruned.report.removed_keyframes()},

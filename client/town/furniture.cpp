@@ -16,13 +16,13 @@
 namespace semmap::town {
 namespace {
 
-constexpr uint64_t kPurpose = 91;
+constexpr uint64_t kFurnitureStream = 91;
 constexpr double kClearOfJunction = 8.0;
 
 class FurnitureBuilder {
  public:
   FurnitureBuilder(const RoadNetwork& network, uint64_t seed, MeshBuilder* mesh)
-      : network_(network), random_(seed, kPurpose), mesh_(mesh) {}
+      : network_(network), random_(seed, kFurnitureStream), mesh_(mesh) {}
 
   void Build() {
     for (const Street& street : network_.streets()) {

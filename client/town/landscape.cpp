@@ -16,7 +16,7 @@
 namespace semmap::town {
 namespace {
 
-constexpr uint64_t kPurpose = 81;
+constexpr uint64_t kLandscapeStream = 81;
 constexpr double kGroundLevel = -0.12;
 constexpr double kWaterLevel = -2.2;
 constexpr double kRim = 130.0;  // the ground reaches this far beyond the outer junctions
@@ -27,7 +27,7 @@ class LandscapeBuilder {
   LandscapeBuilder(const RoadNetwork& network, uint64_t seed, MeshBuilder* mesh)
       : network_(network),
         seed_(seed),
-        random_(seed, kPurpose),
+        random_(seed, kLandscapeStream),
         mesh_(mesh),
         low_(network.Min() - kRim),
         high_(network.Max() + kRim) {}

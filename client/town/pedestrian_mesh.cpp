@@ -20,20 +20,20 @@ constexpr double kStrideMetres = 1.4;  // of both legs together
 // A round limb, its cell of the texture wrapped around it, the seam at the back.
 void Wrap(const glm::vec3& from, const glm::vec3& to, const glm::vec2& radius_from,
           const glm::vec2& radius_to, const Surface& surface, const CellUv& cell, MeshBuilder* mesh) {
-  constexpr int kSides = 8;
+  constexpr int kLimbSides = 8;
   const auto rim = [&](const glm::vec3& middle, const glm::vec2& radius, int i) {
-    const float angle = glm::two_pi<float>() * static_cast<float>(i) / kSides + glm::pi<float>();
+    const float angle = glm::two_pi<float>() * static_cast<float>(i) / kLimbSides + glm::pi<float>();
     return middle + glm::vec3(radius.x * std::cos(angle), radius.y * std::sin(angle), 0);
   };
   const auto uv = [&](int i, float v) {
-    return glm::mix(cell.low, cell.high, glm::vec2(static_cast<float>(i) / kSides, v));
+    return glm::mix(cell.low, cell.high, glm::vec2(static_cast<float>(i) / kLimbSides, v));
   };
   const bool upward = to.z > from.z;
   const glm::vec3& low = upward ? from : to;
   const glm::vec3& high = upward ? to : from;
   const glm::vec2& low_radius = upward ? radius_from : radius_to;
   const glm::vec2& high_radius = upward ? radius_to : radius_from;
-  for (int i = 0; i < kSides; ++i) {
+  for (int i = 0; i < kLimbSides; ++i) {
     mesh->QuadFree({rim(low, low_radius, i), rim(low, low_radius, i + 1), rim(high, high_radius, i + 1),
                     rim(high, high_radius, i)},
                    {uv(i, 0), uv(i + 1, 0), uv(i + 1, 1), uv(i, 1)}, surface);

@@ -9,12 +9,12 @@
 
 namespace semmap::town {
 namespace {
-constexpr uint64_t kPurpose = 121;
+constexpr uint64_t kPedestrianStream = 121;
 constexpr double kWalkLine = 1.75;  // metres behind the kerb
 }  // namespace
 
 Pedestrians::Pedestrians(const RoadNetwork& network, const Route& route, int count, uint64_t seed)
-    : network_(network), random_(seed, kPurpose) {
+    : network_(network), random_(seed, kPedestrianStream) {
   MakeWalkways();
   Place(route, count);
 }

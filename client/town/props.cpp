@@ -163,12 +163,12 @@ void BuildStatue(const glm::vec3& foot, Random* random, MeshBuilder* mesh) {
 void BuildFountain(const glm::vec3& foot, Random* random, MeshBuilder* mesh) {
   const Surface stone = MakeSurface(Texture::kAshlar0, ClassId::kStatic);
   Surface water = MakeSurface(Texture::kWater, ClassId::kWater);
-  constexpr int kSides = 20;
-  mesh->Tube(foot, foot + Up(0.65F), 4.6F, 4.4F, kSides, stone);
-  mesh->Tube(foot + Up(0.35F), foot + Up(0.64F), 3.9F, 4.0F, kSides, water);
-  for (int i = 0; i < kSides; ++i) {
+  constexpr int kBasinSides = 20;
+  mesh->Tube(foot, foot + Up(0.65F), 4.6F, 4.4F, kBasinSides, stone);
+  mesh->Tube(foot + Up(0.35F), foot + Up(0.64F), 3.9F, 4.0F, kBasinSides, water);
+  for (int i = 0; i < kBasinSides; ++i) {
     const auto rim = [&](int k, float radius) {
-      const float angle = 6.2831853F * static_cast<float>(k) / kSides;
+      const float angle = 6.2831853F * static_cast<float>(k) / kBasinSides;
       return foot + glm::vec3(radius * std::cos(angle), radius * std::sin(angle), 0.65F);
     };
     mesh->Triangle(foot + Up(0.55F), rim(i, 4.0F) - Up(0.1F), rim(i + 1, 4.0F) - Up(0.1F), water);

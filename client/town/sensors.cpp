@@ -5,14 +5,14 @@
 
 namespace semmap::town {
 namespace {
-constexpr uint64_t kPurpose = 131;
+constexpr uint64_t kSensorStream = 131;
 constexpr double kDriftSeconds = 60;
 constexpr double kDegrees = 180 / std::numbers::pi;
 }  // namespace
 
 VehicleSensors::VehicleSensors(const RigConfig& config, uint64_t seed)
     : config_(config),
-      random_(seed, kPurpose),
+      random_(seed, kSensorStream),
       speed_scale_(1 + config.speed_scale_error * random_.Normal()) {
   drift_ = Eigen::Vector3d(random_.Normal(), random_.Normal(), random_.Normal()) * config.gnss_drift_m;
 }

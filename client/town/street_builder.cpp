@@ -11,7 +11,7 @@
 namespace semmap::town {
 namespace {
 
-constexpr uint64_t kPurpose = 41;
+constexpr uint64_t kStreetStream = 41;
 constexpr double kStep = 2.5;
 constexpr double kPatchHeight = 0.006;
 constexpr double kPaintHeight = 0.012;
@@ -21,7 +21,7 @@ constexpr double kGauge = 1.435;
 class StreetBuilder {
  public:
   StreetBuilder(const RoadNetwork& network, uint64_t seed, MeshBuilder* mesh)
-      : network_(network), random_(seed, kPurpose), mesh_(mesh) {}
+      : network_(network), random_(seed, kStreetStream), mesh_(mesh) {}
 
   void Build() {
     for (const Street& street : network_.streets()) BuildStreet(street);

@@ -9,6 +9,8 @@
 
 namespace semmap::town {
 
+inline cv::Size TextureSize() { return {kTextureSize, kTextureSize}; }
+
 // Paints one layer: CV_8UC4, RGBA, kTextureSize squared, top row first. Depends on its arguments alone.
 cv::Mat PaintTexture(Texture texture, uint64_t seed);
 

@@ -9,13 +9,11 @@
 namespace semmap::town {
 namespace {
 
-const cv::Size kSize(kTextureSize, kTextureSize);
-
 void PaintAsphalt(int variant, Random* random, cv::Mat* rgb) {
   static const cv::Scalar kTones[] = {Rgb(112, 111, 112), Rgb(96, 97, 101), Rgb(128, 124, 119)};
-  *rgb = Filled(kSize, kTones[variant % 3]);
-  Modulate(rgb, Noise(kSize, {5, 5}, 4, 0.6, random), 0.07);
-  Modulate(rgb, Speckle(kSize, 0.8, random), 0.10);  // the aggregate
+  *rgb = Filled(TextureSize(), kTones[variant % 3]);
+  Modulate(rgb, Noise(TextureSize(), {5, 5}, 4, 0.6, random), 0.07);
+  Modulate(rgb, Speckle(TextureSize(), 0.8, random), 0.10);  // the aggregate
   DrawSpots(rgb, 900, 1, 2.6, 0.65, 1.45, random);
   DrawSpots(rgb, 60, 3, 9, 0.75, 1.2, random);
   DrawCracks(rgb, 5 + 3 * variant, 260, Rgb(45, 44, 44), 1.4, random);
@@ -25,7 +23,7 @@ void PaintAsphalt(int variant, Random* random, cv::Mat* rgb) {
 // Rows of slabs, each with its own tone, separated by joints.
 void PaintSlabs(int columns, int rows, const cv::Scalar& tone, double jitter, bool staggered, Random* random,
                 cv::Mat* rgb) {
-  *rgb = Filled(kSize, Scaled(tone, 0.5));
+  *rgb = Filled(TextureSize(), Scaled(tone, 0.5));
   const double w = static_cast<double>(kTextureSize) / columns;
   const double h = static_cast<double>(kTextureSize) / rows;
   for (int row = 0; row < rows; ++row) {
@@ -46,24 +44,24 @@ void PaintPaving(int variant, Random* random, cv::Mat* rgb) {
   } else {
     PaintSlabs(9, 9, Rgb(148, 138, 130), 0.2, false, random, rgb);
   }
-  Modulate(rgb, Noise(kSize, {7, 7}, 4, 0.6, random), 0.07);
-  Modulate(rgb, Speckle(kSize, 0.8, random), 0.07);
+  Modulate(rgb, Noise(TextureSize(), {7, 7}, 4, 0.6, random), 0.07);
+  Modulate(rgb, Speckle(TextureSize(), 0.8, random), 0.07);
   DrawSpots(rgb, 140, 2, 5, 0.45, 0.8, random);  // chewing gum and dirt
   DrawCracks(rgb, 6, 120, Rgb(70, 66, 62), 1.2, random);
 }
 
 void PaintSetts(Random* random, cv::Mat* rgb) {
   PaintSlabs(20, 24, Rgb(118, 114, 112), 0.3, true, random, rgb);
-  Modulate(rgb, Speckle(kSize, 1.0, random), 0.08);
-  Modulate(rgb, Noise(kSize, {6, 6}, 3, 0.6, random), 0.08);
+  Modulate(rgb, Speckle(TextureSize(), 1.0, random), 0.08);
+  Modulate(rgb, Noise(TextureSize(), {6, 6}, 3, 0.6, random), 0.08);
 }
 
 void PaintRoadPaint(Random* random, cv::Mat* rgb) {
-  *rgb = Filled(kSize, Rgb(226, 226, 220));
-  Modulate(rgb, Noise(kSize, {9, 9}, 4, 0.6, random), 0.05);
-  const cv::Mat worn = Noise(kSize, {28, 28}, 4, 0.75, random);
+  *rgb = Filled(TextureSize(), Rgb(226, 226, 220));
+  Modulate(rgb, Noise(TextureSize(), {9, 9}, 4, 0.6, random), 0.05);
+  const cv::Mat worn = Noise(TextureSize(), {28, 28}, 4, 0.75, random);
   Blend(rgb, SmoothMask(worn, 1.2, 1.6), Rgb(118, 117, 116));
-  Modulate(rgb, Speckle(kSize, 0.9, random), 0.05);
+  Modulate(rgb, Speckle(TextureSize(), 0.9, random), 0.05);
   DrawCracks(rgb, 14, 120, Rgb(92, 91, 90), 1.5, random);
 }
 

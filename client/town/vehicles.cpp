@@ -12,7 +12,7 @@
 namespace semmap::town {
 namespace {
 
-constexpr uint64_t kPurpose = 111;
+constexpr uint64_t kVehicleStream = 111;
 constexpr double kSideways = 2.2;      // m/s2 at most in bends
 constexpr double kComfortBrake = 2.0;  // m/s2
 constexpr double kHardBrake = 3.6;
@@ -37,7 +37,7 @@ std::vector<double> BendSpeeds(const Path& path) {
 
 Vehicles::Vehicles(const RoadNetwork& network, const Route& route, const Route& crowded, int others,
                    uint64_t seed)
-    : network_(network), random_(seed, kPurpose) {
+    : network_(network), random_(seed, kVehicleStream) {
   for (const Lane& lane : network.lanes()) lane_bend_speed_.push_back(BendSpeeds(lane.path));
   for (const Turn& turn : network.turns()) turn_bend_speed_.push_back(BendSpeeds(turn.path));
   PlaceEgo(route);

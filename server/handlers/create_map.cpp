@@ -9,8 +9,6 @@
 namespace semmap::server {
 namespace {
 
-constexpr size_t kMaxRequestId = 63;
-
 absl::StatusOr<storage::NewMap> ReadMap(const ServiceContext& context, const v1::Map& map) {
   storage::NewMap result;
   SEMMAP_ASSIGN_OR_RETURN(result.name, ParseMapName("map.name", map.name()));
@@ -28,7 +26,7 @@ absl::StatusOr<storage::NewMap> ReadMap(const ServiceContext& context, const v1:
 }  // namespace
 
 absl::StatusOr<v1::Map> CreateMap(const ServiceContext& context, const v1::CreateMapRequest& request) {
-  SEMMAP_RETURN_IF_ERROR(ValidateText("request_id", request.request_id(), kMaxRequestId));
+  SEMMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   SEMMAP_ASSIGN_OR_RETURN(const storage::NewMap map, ReadMap(context, request.map()));
   v1::Map answer;
   if (const auto known = context.requests->Find("CreateMap", request.request_id())) {

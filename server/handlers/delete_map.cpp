@@ -9,8 +9,6 @@
 namespace semmap::server {
 namespace {
 
-constexpr size_t kMaxRequestId = 63;
-
 absl::Status Delete(const ServiceContext& context, const v1::DeleteMapRequest& request) {
   const auto map = FindMap(context, "name", request.name());
   if (!map.ok()) {
@@ -31,7 +29,7 @@ absl::Status Delete(const ServiceContext& context, const v1::DeleteMapRequest& r
 
 absl::StatusOr<google::protobuf::Empty> DeleteMap(const ServiceContext& context,
                                                   const v1::DeleteMapRequest& request) {
-  SEMMAP_RETURN_IF_ERROR(ValidateText("request_id", request.request_id(), kMaxRequestId));
+  SEMMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   if (context.requests->Find("DeleteMap", request.request_id()).has_value()) return google::protobuf::Empty();
   SEMMAP_RETURN_IF_ERROR(Delete(context, request));
   context.requests->Remember("DeleteMap", request.request_id(), "");

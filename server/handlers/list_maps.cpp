@@ -7,15 +7,13 @@
 namespace semmap::server {
 namespace {
 
-constexpr int kStandardPage = 100;
-constexpr int kMaxPage = 1000;
 constexpr char kScope[] = "ListMaps";
 
 }  // namespace
 
 absl::StatusOr<v1::ListMapsResponse> ListMaps(const ServiceContext& context,
                                               const v1::ListMapsRequest& request) {
-  SEMMAP_ASSIGN_OR_RETURN(const int page, ReadPageSize(request.page_size(), kStandardPage, kMaxPage));
+  SEMMAP_ASSIGN_OR_RETURN(const int page, ReadPageSize(request.page_size()));
   SEMMAP_ASSIGN_OR_RETURN(const std::string after, ReadPageToken(kScope, request.page_token()));
   // One more than asked for tells whether there is another page.
   const auto maps = context.store->ListMaps({after, static_cast<size_t>(page) + 1});

@@ -14,8 +14,6 @@
 namespace semmap::server {
 namespace {
 
-constexpr int kStandardPage = 100;
-constexpr int kMaxPage = 1000;
 // Maps looked at with one question to the store.
 constexpr size_t kMapBatch = 64;
 constexpr size_t kSessionBatch = 256;
@@ -117,7 +115,7 @@ class Walker {
 
 absl::StatusOr<v1::ListSessionsResponse> ListSessions(const ServiceContext& context,
                                                       const v1::ListSessionsRequest& request) {
-  SEMMAP_ASSIGN_OR_RETURN(const int page, ReadPageSize(request.page_size(), kStandardPage, kMaxPage));
+  SEMMAP_ASSIGN_OR_RETURN(const int page, ReadPageSize(request.page_size()));
   SEMMAP_ASSIGN_OR_RETURN(const std::string cursor, ReadPageToken(ScopeOf(request), request.page_token()));
   if (!request.vehicle_id().empty()) SEMMAP_RETURN_IF_ERROR(ValidateId("vehicle_id", request.vehicle_id()));
   Walker walker(context, request, page);

@@ -15,8 +15,6 @@
 namespace semmap::server {
 namespace {
 
-constexpr int kStandardPage = 100;
-constexpr int kMaxPage = 1000;
 constexpr absl::Duration kLongestWait = absl::Seconds(60);
 
 absl::StatusOr<absl::Duration> ReadTimeout(const v1::WaitOperationRequest& request) {
@@ -37,7 +35,7 @@ absl::StatusOr<v1::Operation> GetOperation(const ServiceContext& context,
 
 absl::StatusOr<v1::ListOperationsResponse> ListOperations(const ServiceContext& context,
                                                           const v1::ListOperationsRequest& request) {
-  SEMMAP_ASSIGN_OR_RETURN(const int page, ReadPageSize(request.page_size(), kStandardPage, kMaxPage));
+  SEMMAP_ASSIGN_OR_RETURN(const int page, ReadPageSize(request.page_size()));
   std::string map_id;
   if (!request.map().empty()) {
     SEMMAP_ASSIGN_OR_RETURN(map_id, ParseMapName("map", request.map()));

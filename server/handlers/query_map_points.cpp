@@ -14,10 +14,6 @@
 namespace semmap::server {
 namespace {
 
-absl::Status FieldInvalid(const char* field, const char* what) {
-  return Error(v1::ERROR_REASON_FIELD_INVALID, std::string(field) + " " + what, {{"field", field}});
-}
-
 class PointSource : public ChunkSource<v1::QueryMapPointsResponse> {
  public:
   struct Parameters {

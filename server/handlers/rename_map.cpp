@@ -7,14 +7,8 @@
 #include <spdlog/spdlog.h>
 
 namespace semmap::server {
-namespace {
-
-constexpr size_t kMaxRequestId = 63;
-
-}  // namespace
-
 absl::StatusOr<v1::Map> RenameMap(const ServiceContext& context, const v1::RenameMapRequest& request) {
-  SEMMAP_RETURN_IF_ERROR(ValidateText("request_id", request.request_id(), kMaxRequestId));
+  SEMMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   SEMMAP_ASSIGN_OR_RETURN(const std::string new_id, ParseMapName("new_name", request.new_name()));
   v1::Map answer;
   if (const auto known = context.requests->Find("RenameMap", request.request_id())) {

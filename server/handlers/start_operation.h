@@ -15,8 +15,7 @@ namespace semmap::server {
 template <typename Start>
 absl::StatusOr<v1::Operation> StartOperation(const ServiceContext& context, const std::string& method,
                                              const std::string& request_id, Start&& start) {
-  constexpr size_t kMaxRequestId = 63;
-  SEMMAP_RETURN_IF_ERROR(ValidateText("request_id", request_id, kMaxRequestId));
+  SEMMAP_RETURN_IF_ERROR(ValidateRequestId(request_id));
   if (const auto known = context.requests->Find(method, request_id)) return context.operations->Get(*known);
   SEMMAP_ASSIGN_OR_RETURN(v1::Operation operation, start());
   SEMMAP_ASSIGN_OR_RETURN(const std::string id, ParseOperationName("name", operation.name()));

@@ -10,8 +10,6 @@
 namespace semmap::server {
 namespace {
 
-constexpr size_t kMaxRequestId = 63;
-
 absl::StatusOr<storage::MapChanges> ReadChanges(const v1::UpdateMapRequest& request) {
   storage::MapChanges changes;
   for (const std::string& path : request.update_mask().paths()) {
@@ -54,7 +52,7 @@ absl::StatusOr<storage::MapInfo> Update(const ServiceContext& context, const v1:
 }  // namespace
 
 absl::StatusOr<v1::Map> UpdateMap(const ServiceContext& context, const v1::UpdateMapRequest& request) {
-  SEMMAP_RETURN_IF_ERROR(ValidateText("request_id", request.request_id(), kMaxRequestId));
+  SEMMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   v1::Map answer;
   if (const auto known = context.requests->Find("UpdateMap", request.request_id())) {
     answer.ParseFromString(*known);

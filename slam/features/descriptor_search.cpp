@@ -23,7 +23,7 @@ void Consider(int index, int distance, NearestTwo* nearest) {
 }
 
 #ifdef SEMMAP_VECTOR_POPCOUNT
-constexpr size_t kLanes = 8;
+constexpr size_t kDescriptorsAtOnce = 8;
 // Distance and position in one number, so that the least is the nearest and, of equally near ones, the first.
 constexpr int kPositionBits = 32;
 
@@ -86,9 +86,9 @@ NearestTwo Search(const Descriptor& query, size_t count, Candidate&& candidate) 
   NearestTwo nearest;
   size_t i = 0;
 #ifdef SEMMAP_VECTOR_POPCOUNT
-  if (count >= kLanes) {
+  if (count >= kDescriptorsAtOnce) {
     LanewiseNearest lanes(query);
-    for (; i + kLanes <= count; i += kLanes) {
+    for (; i + kDescriptorsAtOnce <= count; i += kDescriptorsAtOnce) {
       lanes.Add(i, [&](size_t lane) -> const Descriptor& { return candidate(i + lane); });
     }
     nearest = lanes.Result();

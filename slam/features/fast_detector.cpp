@@ -12,8 +12,8 @@ namespace semmap {
 namespace {
 
 constexpr int kCircle = 16;
-constexpr int kLanes = ByteVector::kLanes;
-static_assert(kLanes <= kImagePadding);
+constexpr int kPixelsAtOnce = ByteVector::kLanes;
+static_assert(kPixelsAtOnce <= kImagePadding);
 // Bytes after each row of scores, which vectors and slots written ahead reach.
 constexpr int kTail = 128;
 // Corners that are written at once.
@@ -88,7 +88,7 @@ inline ByteVector DarkScore(const CircleReader& circle, ByteVector middle) {
 void ScoreRow(const uint8_t* row, ptrdiff_t step, int count, uint8_t threshold, uint8_t* scores) {
   const std::array<ptrdiff_t, kCircle> offsets = CircleOffsets(step);
   const ByteVector floor = ByteVector::All(threshold);
-  for (int i = 0; i < count; i += kLanes) {
+  for (int i = 0; i < count; i += kPixelsAtOnce) {
     const CircleReader circle{row + i, offsets};
     const ByteVector middle = ByteVector::Load(row + i);
     ByteVector score = ByteVector::Zero();
@@ -98,7 +98,7 @@ void ScoreRow(const uint8_t* row, ptrdiff_t step, int count, uint8_t threshold, 
   }
   // The frame; what the last vector saw beyond the region is no score.
   scores[-1] = 0;
-  std::fill_n(scores + count, kLanes, uint8_t{0});
+  std::fill_n(scores + count, kPixelsAtOnce, uint8_t{0});
 }
 
 // Where a parabola through three neighbouring scores has its maximum, relative to the middle one, which is
@@ -129,7 +129,7 @@ void FastDetector::AppendMaxima(int y, int threshold) {
   const size_t most = corner_count_ + static_cast<size_t>(region_.width) / 2 + 1 + kAhead;
   if (corners_.size() < most) corners_.resize(2 * most);
   Corner* next = corners_.data() + corner_count_;
-  for (int i = 0; i < region_.width; i += kLanes) {
+  for (int i = 0; i < region_.width; i += kPixelsAtOnce) {
     const ByteVector score = ByteVector::Load(scores + i);
     if (Greater(score, ByteVector::Zero()) == 0) continue;
     const ByteVector before = Max(Max(ByteVector::Load(above + i - 1), ByteVector::Load(above + i)),

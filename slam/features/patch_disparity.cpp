@@ -16,8 +16,8 @@ namespace {
 constexpr int kSide = 2 * kPatchRadius + 1;
 constexpr int kShifts = 2 * kPatchSearch + 1;
 // A row of a patch is read as 16 bytes, of which the first kSide count.
-constexpr int kLanes = 16;
-static_assert(kSide <= kLanes);
+constexpr int kRowWidth = 16;
+static_assert(kSide <= kRowWidth);
 
 // How bad, against the mean over the search range, the best place may be.
 constexpr float kMaxShareOfMean = 0.75F;
@@ -30,8 +30,8 @@ using Scores = std::array<int, kShifts>;
 // Sums of absolute differences of the patch at `left` with those at right, right + 1, ...
 #ifdef __SSE2__
 Scores CompareShifted(const uint8_t* left, ptrdiff_t left_step, const uint8_t* right, ptrdiff_t right_step) {
-  alignas(16) static constexpr uint8_t kMask[kLanes] = {255, 255, 255, 255, 255, 255,
-                                                        255, 255, 255, 255, 255};
+  alignas(16) static constexpr uint8_t kMask[kRowWidth] = {255, 255, 255, 255, 255, 255,
+                                                           255, 255, 255, 255, 255};
   const __m128i mask = _mm_load_si128(reinterpret_cast<const __m128i*>(kMask));
   __m128i sums[kShifts];
   for (__m128i& sum : sums) sum = _mm_setzero_si128();
@@ -77,7 +77,7 @@ float MeetingOfLines(int before, int middle, int after) {
 // Normal equation of a shift along the row, kept for each column apart so that it vectorizes; only kSide
 // columns count.
 struct ShiftEquation {
-  using Columns = std::array<float, kLanes>;
+  using Columns = std::array<float, kRowWidth>;
   Columns error_gradient{};
   Columns gradient_gradient{};
   Columns error{};
@@ -85,12 +85,12 @@ struct ShiftEquation {
 
   // `left` and `right` are at the first pixel of a row; the right patch is `fraction` of a pixel further.
   void AddRow(const uint8_t* left, const uint8_t* right, float fraction) {
-    std::array<float, kLanes + 2> shifted;
-    for (int i = 0; i < kLanes + 2; ++i) {
+    std::array<float, kRowWidth + 2> shifted;
+    for (int i = 0; i < kRowWidth + 2; ++i) {
       const auto first = static_cast<float>(right[i - 1]);
       shifted[i] = first + fraction * (static_cast<float>(right[i]) - first);
     }
-    for (int i = 0; i < kLanes; ++i) {
+    for (int i = 0; i < kRowWidth; ++i) {
       const float e = static_cast<float>(left[i]) - shifted[i + 1];
       const float g = static_cast<float>(left[i + 1] - left[i - 1]) + shifted[i + 2] - shifted[i];
       error_gradient[i] += e * g;

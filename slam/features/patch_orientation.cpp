@@ -9,21 +9,23 @@ namespace {
 
 // A row of the disc is read as 32 pixels from -15 to 16; the mask blanks those outside the disc.
 constexpr int kLanes = 32;
-constexpr int kRadius = kOrientationRadius;
 using LaneMask = std::array<uint8_t, kLanes>;
 
-constexpr std::array<LaneMask, kRadius + 1> MakeDisc() {
-  std::array<LaneMask, kRadius + 1> disc{};
-  for (int y = 0; y <= kRadius; ++y) {
+constexpr std::array<LaneMask, kOrientationRadius + 1> MakeDisc() {
+  std::array<LaneMask, kOrientationRadius + 1> disc{};
+  for (int y = 0; y <= kOrientationRadius; ++y) {
     for (int lane = 0; lane < kLanes; ++lane) {
-      const int x = lane - kRadius;
+      const int x = lane - kOrientationRadius;
       // Half a pixel is added to the radius so that the disc looks the same in x and y.
-      disc[y][lane] = 4 * (x * x + y * y) <= (2 * kRadius + 1) * (2 * kRadius + 1) && x <= kRadius ? 255 : 0;
+      disc[y][lane] = 4 * (x * x + y * y) <= (2 * kOrientationRadius + 1) * (2 * kOrientationRadius + 1) &&
+                              x <= kOrientationRadius
+                          ? 255
+                          : 0;
     }
   }
   return disc;
 }
-constexpr std::array<LaneMask, kRadius + 1> kDisc = MakeDisc();
+constexpr std::array<LaneMask, kOrientationRadius + 1> kDisc = MakeDisc();
 
 }  // namespace
 
@@ -32,12 +34,12 @@ float IntensityCentroidAngle(const uint8_t* centre, ptrdiff_t step) {
   // weighted by y.
   alignas(64) std::array<int16_t, kLanes> intensity;
   alignas(64) std::array<int16_t, kLanes> weighted_by_y;
-  const uint8_t* middle = centre - kRadius;
+  const uint8_t* middle = centre - kOrientationRadius;
   for (int lane = 0; lane < kLanes; ++lane) {
     intensity[lane] = static_cast<int16_t>(middle[lane] & kDisc[0][lane]);
     weighted_by_y[lane] = 0;
   }
-  for (int y = 1; y <= kRadius; ++y) {
+  for (int y = 1; y <= kOrientationRadius; ++y) {
     const uint8_t* below = middle + y * step;
     const uint8_t* above = middle - y * step;
     for (int lane = 0; lane < kLanes; ++lane) {
@@ -50,7 +52,7 @@ float IntensityCentroidAngle(const uint8_t* centre, ptrdiff_t step) {
   int moment_x = 0;
   int moment_y = 0;
   for (int lane = 0; lane < kLanes; ++lane) {
-    moment_x += (lane - kRadius) * intensity[lane];
+    moment_x += (lane - kOrientationRadius) * intensity[lane];
     moment_y += weighted_by_y[lane];
   }
   const float angle = std::atan2(static_cast<float>(moment_y), static_cast<float>(moment_x));

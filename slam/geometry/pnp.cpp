@@ -13,8 +13,8 @@ namespace semmap {
 namespace {
 
 constexpr size_t kSampleSize = 3;
-constexpr size_t kMinMatches = 4;
-constexpr int kRefinements = 5;
+constexpr size_t kPointsOfSolution = 4;
+constexpr int kPoseRefinements = 5;
 
 SE3 PoseOf(const cv::Mat& rotation_vector, const cv::Mat& translation) {
   Eigen::Vector3d omega;
@@ -44,7 +44,7 @@ class PnpRansac {
       const double ratio = static_cast<double>(best_.inliers) / static_cast<double>(points_.size());
       iterations = RansacIterations(ratio, kSampleSize, options_.confidence, options_.max_iterations);
     }
-    for (int i = 0; i < kRefinements && best_.inliers >= static_cast<int>(kMinMatches); ++i) {
+    for (int i = 0; i < kPoseRefinements && best_.inliers >= static_cast<int>(kPointsOfSolution); ++i) {
       if (!Try(RefineOnInliers())) break;
     }
     if (best_.inliers < options_.min_inliers) return std::nullopt;
@@ -125,7 +125,7 @@ std::optional<PnpResult> EstimatePose(const CameraIntrinsics& camera,
                                       std::span<const Eigen::Vector3d> points_in_map,
                                       std::span<const Eigen::Vector2d> undistorted_pixels,
                                       const PnpOptions& options) {
-  if (points_in_map.size() != undistorted_pixels.size() || points_in_map.size() < kMinMatches) {
+  if (points_in_map.size() != undistorted_pixels.size() || points_in_map.size() < kPointsOfSolution) {
     return std::nullopt;
   }
   try {

@@ -24,8 +24,6 @@ constexpr int kMaxDenseCameras = 60;
 // The cost is a sum of squares over sigma^2: a relative change of this is far below what the noise moves.
 constexpr double kFunctionTolerance = 1e-4;
 constexpr double kParameterTolerance = 1e-7;
-// What an observation of a point behind its camera counts as.
-constexpr double kChi2Behind = 1e4;
 
 // Computes each camera's matrices once for an evaluation instead of once for an observation.
 class CameraUpdater final : public ceres::EvaluationCallback {

@@ -6,7 +6,6 @@
 namespace semmap {
 namespace {
 
-constexpr double kMinDepth = 1e-6;
 // Residual of a point behind the camera: a hundred sigma.
 constexpr double kResidualBehind = 100;
 

@@ -29,6 +29,11 @@ struct PixelObservation {
 constexpr double kChi2Mono = 5.991;
 constexpr double kChi2Stereo = 7.815;
 
+// Points nearer to the camera's plane than this, in metres, or behind it have no projection; such an observation
+// counts as one that is a hundred sigma off.
+constexpr double kMinDepth = 1e-6;
+constexpr double kChi2Behind = 1e4;
+
 inline double Chi2Bound(const PixelObservation& observation) {
   return observation.IsStereo() ? kChi2Stereo : kChi2Mono;
 }

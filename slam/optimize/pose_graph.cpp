@@ -13,7 +13,7 @@
 namespace semmap {
 namespace {
 
-constexpr double kFunctionTolerance = 1e-6;
+constexpr double kGraphTolerance = 1e-6;
 
 bool IsPositive(double value) { return std::isfinite(value) && value > 0; }
 
@@ -59,7 +59,7 @@ class PoseGraphSolver {
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     solver.max_num_iterations = options.max_iterations;
-    solver.function_tolerance = kFunctionTolerance;
+    solver.function_tolerance = kGraphTolerance;
     solver.num_threads = std::max(1, options.threads);
     solver.logging_type = ceres::SILENT;
     solver.callbacks.push_back(&stop);

@@ -6,10 +6,6 @@
 namespace semmap {
 namespace {
 
-constexpr double kMinDepth = 1e-6;
-// Cost argument of a point behind the camera: a hundred pixels off.
-constexpr double kChi2Behind = 1e4;
-
 bool IsUsable(const PoseObservation& observation) {
   const PixelObservation& pixel = observation.pixel;
   return observation.point_in_map.allFinite() && std::isfinite(pixel.u) && std::isfinite(pixel.v) &&
