@@ -105,7 +105,7 @@ absl::Status Error(v1::ErrorReason reason, std::string_view message, ErrorMetada
 }
 
 absl::Status FieldInvalid(std::string_view field, std::string_view what) {
-  return Error(v1::ERROR_REASON_FIELD_INVALID, absl::StrCat(field, " ", what), {{"field", std::string(field)}});
+  return Error(v1::ERROR_REASON_FIELD_INVALID, std::string(field).append(" ").append(what), {{"field", std::string(field)}});
 }
 
 absl::Status NotImplemented(std::string_view feature) {
