@@ -61,7 +61,7 @@ v1::FrameEstimate ToProto(const FrameResult& result, double queue_ms, double dec
   proto.set_state(ToProto(result.state));
   if (result.map_from_camera.has_value()) {
     *proto.mutable_map_from_camera() = ToProto(*result.map_from_camera);
-    proto.set_reference_frame(v1::REFERENCE_FRAME_MAP);
+    proto.set_reference_frame(result.in_own_piece ? v1::REFERENCE_FRAME_SESSION : v1::REFERENCE_FRAME_MAP);
     if (!result.covariance.isZero(0)) *proto.mutable_covariance() = ToProto(result.covariance);
   }
   proto.set_inliers(result.inliers);

@@ -32,7 +32,7 @@ uint64_t LastSequence(const MapDelta& delta) {
   uint64_t last = 0;
   for (const FramePose& frame : delta.frames) last = std::max(last, frame.sequence);
   for (const KeyFrameRecord& keyframe : delta.added_keyframes) last = std::max(last, keyframe.sequence);
-  return last;
+  return delta.waiting_from > 0 ? std::min(last, delta.waiting_from - 1) : last;
 }
 
 // Without payloads, which are not for people.

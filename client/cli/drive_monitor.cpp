@@ -50,7 +50,8 @@ void DriveMonitor::OnEstimate(const v1::FrameEstimate& estimate) {
   if (elapsed_s > 0) progress_.frames_per_second = static_cast<double>(progress_.answered) / elapsed_s;
   progress_.tracking = NameOf(estimate.state());
   if (estimate.keyframe()) ++progress_.keyframes;
-  if (estimate.has_map_from_camera()) {
+  // In the frame of its own piece a vehicle does not say where in the map it is.
+  if (estimate.has_map_from_camera() && estimate.reference_frame() != v1::REFERENCE_FRAME_SESSION) {
     online_poses_[estimate.sequence()] = {estimate.timestamp_ns(), FromProto(estimate.map_from_camera())};
   }
 }

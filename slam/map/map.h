@@ -14,6 +14,8 @@
 
 namespace semmap {
 
+using KeyFrameIdMap = std::unordered_map<KeyFrameId, KeyFrameId, IdHash>;
+
 struct CovisibleKeyFrame {
   KeyFrameId id;
   int shared_points = 0;
@@ -78,12 +80,20 @@ class Map {
   // The last two only: enough after the point or its observers moved.
   void UpdateViewing(MapPointId id);
   void Clear();
+  // Lays `piece`, in its own frame, beside what is there: with ids that are greater than all here, for each
+  // keyframe of the piece one, and new ones for its points. Without the heirs of what it removed.
+  void Append(const Map& piece, const KeyFrameIdMap& new_ids);
+  // Takes away keyframes that Append brought, and their points, while nothing else sees these.
+  void Drop(const std::vector<KeyFrameId>& ids);
 
   // What changed since the last call, ready for the sink; `frames` and `version` are the caller's to fill.
   MapDelta TakeDelta();
   // Where the frames of a removed keyframe went; nullopt when `id` was never removed, or so long ago that no
   // frame in flight can refer to it.
   std::optional<RemovedKeyFrame> FindHeir(KeyFrameId id) const;
+  // What NoteRescaled made of a keyframe since the last delta. A delta tells it of those only that the sink
+  // knows already.
+  double RescaledBy(KeyFrameId id) const;
 
  private:
   friend class MapRestorer;  // fills it from records

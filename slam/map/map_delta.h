@@ -109,6 +109,9 @@ struct MapDelta {
   std::vector<RemovedKeyFrame> removed_keyframes;
   std::vector<MapPointId> removed_points;
   std::vector<FramePose> frames;
+  // Frames from this one on may wait for the piece that the vehicle mapped on its own to be joined, and are not
+  // durable; 0: none wait.
+  uint64_t waiting_from = 0;
   // For the vehicle, not for the store, which has the new poses: with a loop and the adjustment that follows
   // it, the whole of the session, otherwise nothing; and the first FrameResult::map_version that has them.
   std::vector<PoseCorrection> corrections;

@@ -13,6 +13,10 @@ class CorrectionLog {
  public:
   // Other sessions that make the same map have deltas, too: their new keyframes are not `own`.
   void Note(const MapDelta& delta, bool own = true);
+  // Such a keyframe came from another frame, of which one unit is `scale` of the map: what was reported near
+  // it was reported there. Before the delta that adds it.
+  void NoteReportedElsewhere(KeyFrameId id, uint64_t sequence, const SE3& elsewhere_from_camera,
+                             double scale);
   // One for each keyframe of the map, for the frames from it up to the next; the last one's end is open.
   std::vector<PoseCorrection> Corrections() const;
 
@@ -23,7 +27,6 @@ class CorrectionLog {
     SE3 map_from_camera_now;
     double scale = 1;
   };
-  // In the order in which they were made.
   std::map<KeyFrameId, Entry> keyframes_;
 };
 

@@ -62,6 +62,8 @@ struct FrameResult {
   int inliers = 0;
   // kLost in a map that was stored before: why the frame was not found there, as far as that is known yet.
   LocalizationFailure failure = LocalizationFailure::kNone;
+  // The pose is in the frame of the piece that the session maps until it finds itself in the stored map.
+  bool in_own_piece = false;
   bool is_keyframe = false;
   ClassState classes = ClassState::kNotWanted;
   uint64_t map_version = 0;

@@ -116,7 +116,9 @@ void TakeLargestParty(std::vector<Sighting> sightings, MapOverlap* overlap) {
   if (all.empty()) return;
   const std::vector<size_t> party = LargestParty(sightings, all);
   overlap->rivals = static_cast<int>(LargestParty(sightings, Without(all, party)).size());
-  overlap->target_from_source = sightings[MostCentral(sightings, party)].target_from_source;
+  const Sighting& central = sightings[MostCentral(sightings, party)];
+  overlap->target_from_source = central.target_from_source;
+  overlap->depth = central.depth;
   for (const size_t i : party) overlap->links.push_back(std::move(sightings[i].link));
 }
 
@@ -142,6 +144,14 @@ bool MapOverlap::IsSound(const MergeConfig& config) const {
   for (const Loop& link : links) seen_places.insert(link.old);
   return links.size() >= static_cast<size_t>(config.min_keyframes) && seen_places.size() >= kMinPlaces &&
          rivals <= config.max_rival_share * static_cast<double>(links.size());
+}
+
+bool MapOverlap::IsConfirmedBy(const SE3& source_from_camera, const SE3& target_from_camera) const {
+  if (links.empty() || rivals > 0) return false;
+  const Eigen::Quaterniond rotation = target_from_source.rigid.rotation() * source_from_camera.rotation();
+  const Eigen::Vector3d center = target_from_source * source_from_camera.translation();
+  return rotation.angularDistance(target_from_camera.rotation()) <= kAgreeingTurn &&
+         (center - target_from_camera.translation()).norm() <= kAgreeingShift * depth;
 }
 
 absl::StatusOr<MapOverlap> FindOverlap(const SlamConfig& config, const MappingCamera& camera,

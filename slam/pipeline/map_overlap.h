@@ -22,9 +22,13 @@ struct MapOverlap {
   int keyframes = 0;  // of the source, looked for
   int found = 0;      // in the target, wherever
   int rivals = 0;     // found, and of one mind about another similarity
+  double depth = 0;   // median of what keyframes see where they were found, in units of the target
 
   // Whether it is safe to join the maps by it.
   bool IsSound(const MergeConfig& config) const;
+  // Whether a frame of the source that was found in the target by other means was found where the overlap
+  // puts it, and that leaves no doubt.
+  bool IsConfirmedBy(const SE3& source_from_camera, const SE3& target_from_camera) const;
 };
 
 // Called with the share of the work that is done, [0, 1]; false ends the work with CANCELLED.

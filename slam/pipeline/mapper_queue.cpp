@@ -1,6 +1,7 @@
 #include "slam/pipeline/mapper_queue.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <unordered_map>
 
@@ -60,6 +61,17 @@ void MapperQueue::CountMap() {
   MutexLock lock(&mutex_);
   map_keyframes_ = static_cast<int>(mapper_.map().keyframes().size());
   map_points_ = static_cast<int>(mapper_.map().points().size());
+}
+
+bool MapperQueue::IsQuiet() const {
+  MutexLock lock(&mutex_);
+  return !running_ && adjusting_ == 0;
+}
+
+MapPiece MapperQueue::TakePiece(const MapperSeat& seat) {
+  MutexLock lock(&mutex_);
+  std::deque<FramePose>& frames = seat.vehicle_->frames;
+  return {mapper_.TakeMap(), std::vector<FramePose>(frames.begin(), frames.end())};
 }
 
 // --- The vehicles
@@ -130,6 +142,19 @@ void MapperQueue::WaitForBacklog(const Vehicle& vehicle, size_t backlog) {
     return vehicle.backlog <= backlog && (backlog > 0 || adjusting_ == 0);
   };
   mutex_.Await(done);
+}
+
+void MapperQueue::NotePiece(const VehiclePtr& vehicle, uint64_t sequence) {
+  MutexLock lock(&mutex_);
+  vehicle->waiting_from = sequence;
+}
+
+void MapperQueue::Join(const VehiclePtr& vehicle, PieceJoin join) {
+  {
+    MutexLock lock(&mutex_);
+    join.found = vehicle->found;
+  }
+  Enqueue(vehicle, JoinStep{std::move(join)});
 }
 
 void MapperQueue::Finish(const VehiclePtr& vehicle) {
@@ -243,11 +268,49 @@ void MapperQueue::Run(const RecoverStep& recover) {
   }
   ++vehicle.counts.recoveries;
   vehicle.recovery = std::move(report.recovery);
-  // The vehicle was told that this frame is lost, but the trajectory need not have the gap.
-  if (!vehicle.frames.empty() && vehicle.frames.back().sequence >= frame.sequence) return;
   const KeyFrame& reference = *mapper_.map().FindKeyFrame(vehicle.recovery->reference);
-  vehicle.frames.push_back({frame.sequence, frame.timestamp, reference.id,
-                            reference.camera_from_map * vehicle.recovery->frame.camera_from_map.Inverse()});
+  const FramePose found{frame.sequence, frame.timestamp, reference.id,
+                        reference.camera_from_map * vehicle.recovery->frame.camera_from_map.Inverse()};
+  if (!vehicle.found) vehicle.found = found;
+  // The vehicle was told that this frame is lost, but the trajectory need not have the gap.
+  if (vehicle.frames.empty() || vehicle.frames.back().sequence < frame.sequence)
+    vehicle.frames.push_back(found);
+}
+
+void MapperQueue::Run(const JoinStep& step) {
+  PieceJoin join = step.join;
+  if (join.found && !Resolve(&*join.found)) join.found.reset();
+  const PieceJoinReport report = mapper_.Join(join);
+  const MapOverlap& overlap = report.overlap;
+  spdlog::info("own piece {}: {} keyframes, {} found in the map, {} of one mind, {} points fused",
+               report.joined ? "joined" : "not joined", overlap.keyframes, overlap.found,
+               overlap.links.size(), report.fused_points);
+  if (!report.joined) {
+    MutexLock lock(&mutex_);
+    ++current_->counts.refused_pieces;
+    return;
+  }
+  TakeOver(report);
+  PublishAndDeliverToAll();
+  if (loop_config_.full_adjustment) StartFullAdjustment();
+}
+
+void MapperQueue::TakeOver(const PieceJoinReport& joined) {
+  for (const PieceJoinReport::Moved& keyframe : joined.keyframes) {
+    current_->corrections.NoteReportedElsewhere(keyframe.id, keyframe.sequence, keyframe.piece_from_camera,
+                                                keyframe.scale);
+  }
+  MutexLock lock(&mutex_);
+  ++current_->counts.joined_pieces;
+  current_->waiting_from = 0;
+  std::deque<FramePose>& frames = current_->frames;
+  // The frame that was found is known to the map already.
+  std::copy_if(joined.frames.begin(), joined.frames.end(), std::front_inserter(frames),
+               [this](const FramePose& frame) {
+                 return !current_->found || frame.sequence != current_->found->sequence;
+               });
+  std::stable_sort(frames.begin(), frames.end(),
+                   [](const FramePose& a, const FramePose& b) { return a.sequence < b.sequence; });
 }
 
 void MapperQueue::Run(const FinishStep& /*finish*/) { Deliver(std::numeric_limits<uint64_t>::max()); }
@@ -314,7 +377,7 @@ void MapperQueue::PublishAndDeliverToAll() {
   const std::vector<VehiclePtr> vehicles = Vehicles();
   PublishToAll(vehicles);
   MapDelta delta = TakeDelta(0, vehicles);
-  if (delta.empty()) return;
+  if (delta.empty() || current_->sink == nullptr) return;
   for (const VehiclePtr& vehicle : vehicles) {
     if (vehicle == current_) continue;
     MapDelta news;
@@ -328,8 +391,9 @@ void MapperQueue::PublishAndDeliverToAll() {
 }
 
 void MapperQueue::Deliver(uint64_t up_to_sequence) {
-  MapDelta delta = TakeDelta(up_to_sequence, Vehicles());
-  if (!delta.empty()) current_->sink->OnDelta(std::move(delta));
+  const bool is_heard = current_->sink != nullptr;
+  MapDelta delta = TakeDelta(is_heard ? up_to_sequence : 0, Vehicles());
+  if (is_heard && !delta.empty()) current_->sink->OnDelta(std::move(delta));
 }
 
 MapDelta MapperQueue::TakeDelta(uint64_t up_to_sequence, const std::vector<VehiclePtr>& vehicles) {
@@ -337,6 +401,7 @@ MapDelta MapperQueue::TakeDelta(uint64_t up_to_sequence, const std::vector<Vehic
   {
     MutexLock lock(&mutex_);
     for (const VehiclePtr& vehicle : vehicles) Rescale(delta.moved_keyframes, &vehicle->frames);
+    delta.waiting_from = current_->waiting_from;
   }
   delta.frames = TakeFrames(up_to_sequence);
   if (delta.empty()) return delta;

@@ -10,12 +10,15 @@
 #include "absl/base/thread_annotations.h"
 #include "slam/common/mutex.h"
 #include "slam/map/map_delta.h"
+#include "slam/map/map_piece.h"
 #include "slam/pipeline/correction_log.h"
 #include "slam/pipeline/executor.h"
 #include "slam/pipeline/session_mapper.h"
 #include "slam/pipeline/tracker.h"
 
 namespace semmap {
+
+class MapperSeat;
 
 // Stands between the mapper of a map and the trackers of the sessions that make it, most often one: trackers
 // leave keyframes, frame poses and lost frames here (through a MapperSeat each) and read the newest view,
@@ -33,6 +36,10 @@ class MapperQueue {
   // Before anybody takes a seat: goes on in a stored map. Who takes a seat where there is a map sees nothing
   // of it until a lost frame was found there.
   void Adopt(Map map);
+  // No step waits or is under way, and no adjustment.
+  bool IsQuiet() const;
+  // What its only vehicle has mapped; the queue must be quiet, and is of no more use.
+  MapPiece TakePiece(const MapperSeat& seat);
 
   struct Counts {
     int keyframes = 0;
@@ -41,6 +48,9 @@ class MapperQueue {
     int loops = 0;
     int recoveries = 0;
     int failed_recoveries = 0;
+    // Pieces that the vehicle had mapped on its own and that became part of the map.
+    int joined_pieces = 0;
+    int refused_pieces = 0;  // so far; they may be tried again
     // Of the last recovery that was tried.
     LocalizationFailure last_failure = LocalizationFailure::kNone;
     // Of keyframes that came without classes and were to get them here.
@@ -56,7 +66,7 @@ class MapperQueue {
     Vehicle(MapDeltaSink* delta_sink, VehicleMapping vehicle_mapping)
         : sink(delta_sink), mapping(std::move(vehicle_mapping)) {}
 
-    MapDeltaSink* const sink;
+    MapDeltaSink* const sink;  // null: nobody hears of the map, and frames stay here
     // Touched by the running step only, whosoever it is.
     VehicleMapping mapping;
     CorrectionLog corrections;
@@ -68,6 +78,10 @@ class MapperQueue {
     std::shared_ptr<const Recovery> recovery;
     std::shared_ptr<const LocalMapView> view;
     std::deque<FramePose> frames;
+    // Where the vehicle found itself first.
+    std::optional<FramePose> found;
+    // First frame of a piece that is not joined yet; 0: none.
+    uint64_t waiting_from = 0;
     Counts counts;
   };
   using VehiclePtr = std::shared_ptr<Vehicle>;
@@ -85,8 +99,12 @@ class MapperQueue {
   struct ApplyStep {
     std::shared_ptr<FullAdjustment> adjustment;
   };
+  struct JoinStep {
+    PieceJoin join;
+  };
   struct FinishStep {};
-  using Work = std::variant<KeyFrameCandidate, InitialPair, ResetStep, RecoverStep, ApplyStep, FinishStep>;
+  using Work =
+      std::variant<KeyFrameCandidate, InitialPair, ResetStep, RecoverStep, ApplyStep, JoinStep, FinishStep>;
   struct Step {
     VehiclePtr vehicle;
     Work work;
@@ -98,6 +116,8 @@ class MapperQueue {
   MapperState State(const Vehicle& vehicle) const;
   void Push(const VehiclePtr& vehicle, TrackOutput* output);
   void WaitForBacklog(const Vehicle& vehicle, size_t backlog);
+  void NotePiece(const VehiclePtr& vehicle, uint64_t sequence);
+  void Join(const VehiclePtr& vehicle, PieceJoin join);
   void Finish(const VehiclePtr& vehicle);
   Counts CountsOf(const Vehicle& vehicle) const;
 
@@ -113,7 +133,10 @@ class MapperQueue {
   void Run(const ResetStep& reset);
   void Run(const RecoverStep& recover);
   void Run(const ApplyStep& apply);
+  void Run(const JoinStep& step);
   void Run(const FinishStep& finish);
+  // The piece's frames come before the vehicle's own.
+  void TakeOver(const PieceJoinReport& joined);
   void CloseLoop();
   void StartFullAdjustment();
   // After more of the map moved than one vehicle's surroundings.
@@ -171,11 +194,17 @@ class MapperSeat {
   // Returns once at most `backlog` own steps are waiting or under way; for 0 also once the whole map is
   // adjusted.
   void WaitForBacklog(size_t backlog) { queue_->WaitForBacklog(*vehicle_, backlog); }
+  // Frames from `sequence` on are in a piece of the vehicle's own; 0: not any more.
+  void NotePiece(uint64_t sequence) { queue_->NotePiece(vehicle_, sequence); }
+  // The piece should become part of the map; counts tell whether it did. `found` is set here.
+  void Join(PieceJoin join) { queue_->Join(vehicle_, std::move(join)); }
   // Waits for all own steps and delivers the remaining frame poses.
   void Finish() { queue_->Finish(vehicle_); }
   MapperQueue::Counts counts() const { return queue_->CountsOf(*vehicle_); }
 
  private:
+  friend class MapperQueue;
+
   const std::shared_ptr<MapperQueue> queue_;
   const MapperQueue::VehiclePtr vehicle_;
 };

@@ -36,6 +36,9 @@ struct SessionStats {
   // wanted and did not come.
   uint64_t classified_frames = 0;
   uint64_t unclassified_frames = 0;
+  // What the vehicle mapped on its own before it was found in a map that others made, and that became part of
+  // it.
+  int joined_pieces = 0;
 };
 
 // The map that a session begins with; at most one of both. Without, it makes a map alone.
@@ -43,8 +46,10 @@ struct SessionStart {
   // Finds itself in it and never changes it: tracks within it, reports poses, and delivers nothing but the
   // poses of its frames. Shared with whoever else reads it. Such a session needs no executor.
   std::shared_ptr<const MapSnapshot> localize;
-  // Adds to it, together with all other sessions that begin with the same; unless it is the first in a new
-  // map, it must find itself there before.
+  // Adds to it, together with all other sessions that begin with the same. Unless it is the first in a new
+  // map, it must find itself there before; until then it maps a piece of its own, in whose frame it is
+  // answered, and which becomes part of the map as soon as both show one place, or at the end of the drive. A
+  // piece that never shows a place of the map is dropped.
   std::shared_ptr<SharedMap> shared;
 };
 

@@ -77,6 +77,10 @@ SessionMapper::RecoveryReport SessionMapper::Recover(const LostFrame& lost, Vehi
   return {std::move(recovery), LocalizationFailure::kNone};
 }
 
+PieceJoinReport SessionMapper::Join(const PieceJoin& join) {
+  return JoinPiece(config_, camera_, join, &places_, &local_.mutable_map());
+}
+
 std::shared_ptr<FullBundle> SessionMapper::PrepareFullBundle() const {
   return std::make_shared<FullBundle>(config_.loop, camera_.model, map());
 }

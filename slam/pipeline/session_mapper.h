@@ -3,11 +3,13 @@
 #include <atomic>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "slam/pipeline/full_bundle.h"
 #include "slam/pipeline/local_mapper.h"
 #include "slam/pipeline/loop_closer.h"
 #include "slam/pipeline/map_localizer.h"
+#include "slam/pipeline/piece_join.h"
 #include "slam/pipeline/place_memory.h"
 #include "slam/pipeline/recovery.h"
 #include "slam/pipeline/relocalizer.h"
@@ -54,6 +56,12 @@ class SessionMapper {
   };
   // Looks for the frame anywhere in the map; if it is found the vehicle's view moves there.
   RecoveryReport Recover(const LostFrame& lost, VehicleMapping* vehicle);
+
+  // Of a piece that the vehicle mapped before it found itself here. Every vehicle should then see the map
+  // anew.
+  PieceJoinReport Join(const PieceJoin& join);
+  // Nothing is done with the mapper afterwards.
+  Map TakeMap() { return std::move(local_.mutable_map()); }
 
   // A copy of the whole map to be adjusted elsewhere, and its way back, after which every vehicle should see
   // the map anew.

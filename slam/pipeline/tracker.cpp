@@ -56,6 +56,7 @@ TrackOutput Tracker::Track(const FrameInput& input, const MapperState& mapper) {
   const bool classify = ClassifiesNow();
   TrackedFrame frame = builder_.Build(input, classify, &times_);
   const bool is_classified = frame.is_classified;
+  if (mapper.seeks) output.sought = {frame, {}};
   AdoptView(mapper.view);
   AdoptRecovery(mapper.recovery.get());
   if (view_ == nullptr && mapper.map_is_strange) {
@@ -113,6 +114,18 @@ void Tracker::AdoptView(std::shared_ptr<const LocalMapView> view) {
   counters_.visible.assign(view_->size(), 0);
   counters_.found.assign(view_->size(), 0);
   RefreshLastPose();
+}
+
+void Tracker::ChangeMap(std::shared_ptr<KeyFrameIdSource> ids) {
+  ids_ = std::move(ids);
+  state_ = TrackingState::kLost;
+  view_.reset();
+  last_.reset();
+  last_keyframe_ = KeyFrameId();
+  velocity_.reset();
+  sightings_.clear();
+  recovered_sequence_ = 0;
+  monocular_initializer_.Reset();
 }
 
 void Tracker::ReportSightings(const LocalMapView& old_view) {

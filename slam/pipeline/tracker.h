@@ -31,6 +31,8 @@ struct MapperState {
   // A lost frame is being looked for in the whole map; and the last one that was found.
   bool recovering = false;
   std::shared_ptr<const Recovery> recovery;
+  // The frame is to be looked for in another map, too, whatever becomes of it in this one.
+  bool seeks = false;
 };
 
 struct TrackOutput {
@@ -42,6 +44,8 @@ struct TrackOutput {
   std::optional<InitialPair> initial_pair;  // monocular: the map begins
   bool reset_map = false;                   // lost before the map was worth keeping
   std::optional<LostFrame> lost_frame;      // to be looked for in the whole map
+  // The frame, if the mapper seeks.
+  std::optional<LostFrame> sought;
 };
 
 // Finds the camera of each frame in the local map and decides which frames to keep. Reads the map through
@@ -59,6 +63,8 @@ class Tracker {
   const MappingCamera& camera() const { return camera_; }
   // Before the first frame: where the ids of keyframes come from, when others make the same map.
   void TakeIdsFrom(std::shared_ptr<KeyFrameIdSource> ids) { ids_ = std::move(ids); }
+  // Leaves its map for another one, in which it then waits to be found. New keyframes get ids from there.
+  void ChangeMap(std::shared_ptr<KeyFrameIdSource> ids);
   // What the keypoints of the last tracked frame saw.
   const std::vector<MapPointId>& last_points() const { return last_points_; }
 

@@ -79,6 +79,20 @@ inline v1::Frame FrameOf(int picture, uint64_t sequence, bool stereo, uint32_t r
   return frame;
 }
 
+// What the stereo rig sees elsewhere in the room of seed kRoom.
+inline v1::Frame FrameAt(const SE3& world_from_camera, uint64_t sequence) {
+  const CameraRig rig = testing::SmallRig(SensorType::kStereo);
+  const SE3 left_from_right(Eigen::Quaterniond::Identity(), {rig.baseline_m, 0, 0});
+  const testing::TexturedRoom room(kRoom);
+  v1::Frame frame;
+  frame.set_sequence(sequence);
+  frame.set_timestamp_ns(static_cast<int64_t>(sequence) * 100'000'000);
+  *frame.mutable_image() = client::RawImage(room.Render(rig.camera, world_from_camera)).value();
+  *frame.mutable_right() =
+      client::RawImage(room.Render(rig.camera, world_from_camera * left_from_right)).value();
+  return frame;
+}
+
 // A server with real SLAM, and drives through rooms.
 class RoomTest : public ServiceTest {
  protected:

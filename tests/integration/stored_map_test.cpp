@@ -5,6 +5,7 @@
 #include <cmath>
 #include <thread>
 
+#include "client/cli/session_trajectory.h"
 #include "room_fixture.h"
 
 namespace semmap {
@@ -242,6 +243,49 @@ TEST_F(StoredMapTest, ASecondVehicleJoinsWhileTheFirstMaps) {
   ASSERT_TRUE(joined.ok()) << joined.status();
   EXPECT_GE(joined->session().statistics().frames_tracked(), static_cast<uint64_t>(kMapFrames - 12 - 2));
   const auto check = client::Client(Connect()).CheckMap("both", nullptr);
+  ASSERT_TRUE(check.ok()) << check.status();
+  EXPECT_EQ(check->problems_size(), 0) << check->DebugString();
+}
+
+TEST_F(StoredMapTest, AVehicleThatBeginsElsewhereBringsItsOwnPiece) {
+  constexpr int kDegreesPerFrame = 4;
+  recorder_ = std::make_unique<Recorder>();
+  auto drive =
+      client::Drive::Start(Connect(), OptionsFor(v1::SESSION_MODE_EXTEND, "room"), recorder_->Observer());
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  // It looks at the wall behind the map's pictures, turns round, and drives on.
+  uint64_t sequence = 0;
+  for (int degrees = 180; degrees > 0; degrees -= kDegreesPerFrame)
+    ASSERT_TRUE((*drive)->Send(FrameAt(testing::LookAround(degrees), ++sequence)).ok());
+  const uint64_t turned = sequence;
+  for (int picture = 4; picture < kFarFrames; ++picture)
+    ASSERT_TRUE((*drive)->Send(FrameOf(picture, ++sequence, true)).ok());
+  const auto summary = (*drive)->Finish();
+  ASSERT_TRUE(summary.ok()) << summary.status();
+
+  const auto estimates = recorder_->estimates();
+  ASSERT_EQ(estimates.size(), sequence);
+  EXPECT_EQ(estimates.front().state(), v1::TRACKING_STATE_TRACKING);
+  EXPECT_EQ(estimates.front().reference_frame(), v1::REFERENCE_FRAME_SESSION);
+  EXPECT_EQ(estimates.front().map_version(), 0U);
+  EXPECT_EQ(estimates.back().reference_frame(), v1::REFERENCE_FRAME_MAP);
+  EXPECT_LT(Error(estimates.back().map_from_camera(), kFarFrames - 1), kBound);
+  // The stored trajectory begins with the piece, and is all of one frame.
+  client::Client client(Connect());
+  const auto sessions = client::FetchTrajectories(client, "room", "");
+  ASSERT_TRUE(sessions.ok()) << sessions.status();
+  const client::SequencedPoses& stored = sessions->at(summary->session().name());
+  EXPECT_GT(stored.size(), sequence * 3 / 4);
+  const SE3 map_from_world = testing::GentleDrive(1, kStep).front().Inverse();
+  int of_piece = 0;
+  for (const auto& [of, pose] : stored) {
+    if (of >= turned) continue;
+    const SE3 truth = map_from_world * testing::LookAround(180 - kDegreesPerFrame * (static_cast<double>(of) - 1));
+    EXPECT_LT((pose.map_from_camera.translation() - truth.translation()).norm(), 2 * kBound) << of;
+    ++of_piece;
+  }
+  EXPECT_GT(of_piece, 20);
+  const auto check = client::Client(Connect()).CheckMap("room", nullptr);
   ASSERT_TRUE(check.ok()) << check.status();
   EXPECT_EQ(check->problems_size(), 0) << check->DebugString();
 }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace semmap::testing {
 namespace {
@@ -112,6 +113,12 @@ std::vector<SE3> GentleDrive(int count, double step) {
                        Eigen::Vector3d(x, 0.0, z));
   }
   return poses;
+}
+
+SE3 LookAround(double degrees) {
+  const Eigen::Quaterniond turn = ExpSO3({0, degrees * std::numbers::pi / 180, 0});
+  const Eigen::Vector3d center(0.2, 0, 0.5);
+  return {turn, center + turn * Eigen::Vector3d(0, 0, 0.4)};
 }
 
 }  // namespace semmap::testing

@@ -32,5 +32,8 @@ CameraIntrinsics SmallCamera();
 CameraRig SmallRig(SensorType sensor);
 // `count` camera poses of a gentle S-curve along the room, `step` metres apart.
 std::vector<SE3> GentleDrive(int count, double step);
+// On a small circle in the middle of where GentleDrive begins, looking so many degrees to the right of where
+// that looks; 180: at the wall behind it.
+SE3 LookAround(double degrees);
 
 }  // namespace semmap::testing

@@ -186,5 +186,52 @@ TEST(EmptyMapTest, HasNoView) {
   EXPECT_EQ(MakeLocalMapView(Map(ScalePyramidInfo(8, 1.2)), KeyFrameId(1), 1, LocalMapViewLimits()), nullptr);
 }
 
+// --- Maps laid beside each other
+
+class MapAppendTest : public MapTest {
+ protected:
+  // Keyframe i of the piece becomes 10 + i.
+  static KeyFrameIdMap NewIds() {
+    KeyFrameIdMap ids;
+    for (uint64_t id = 1; id <= 4; ++id) ids.emplace(KeyFrameId(id), KeyFrameId(10 + id));
+    return ids;
+  }
+};
+
+TEST_F(MapAppendTest, AppendLaysAPieceBeside) {
+  const MapPointId own = AddSeenPoint({1, 2, 3}, 5);
+  const Map piece = map_;
+  AddSeenPoint({1, 2}, 6);
+  map_.TakeDelta();
+  map_.Append(piece, NewIds());
+  EXPECT_EQ(map_.keyframes().size(), 8U);
+  ASSERT_EQ(map_.points().size(), 3U);
+  EXPECT_EQ(Shared(11, 13), 1);
+  EXPECT_EQ(Shared(1, 11), 0);
+  const KeyFrame& added = *map_.FindKeyFrame(KeyFrameId(13));
+  EXPECT_EQ(added.parent, KeyFrameId(piece.FindKeyFrame(KeyFrameId(3))->parent.value() + 10));
+  EXPECT_FALSE(map_.FindKeyFrame(KeyFrameId(11))->parent.IsValid()) << "a tree of its own";
+  const MapPoint& point = *map_.FindPoint(added.points[5]);
+  EXPECT_NE(point.id, own);
+  EXPECT_EQ(point.observations.size(), 3U);
+  EXPECT_EQ(point.reference_keyframe, KeyFrameId(11));
+  EXPECT_EQ(point.descriptor, piece.FindPoint(own)->descriptor);
+  const MapDelta delta = map_.TakeDelta();
+  EXPECT_EQ(delta.added_keyframes.size(), 4U);
+  EXPECT_EQ(delta.upserted_points.size(), 1U);
+}
+
+TEST_F(MapAppendTest, DropTakesItAwayWithoutATrace) {
+  AddSeenPoint({1, 2, 3}, 5);
+  const Map piece = map_;
+  map_.TakeDelta();
+  map_.Append(piece, NewIds());
+  map_.Drop({KeyFrameId(11), KeyFrameId(12), KeyFrameId(13), KeyFrameId(14)});
+  EXPECT_EQ(map_.keyframes().size(), 4U);
+  EXPECT_EQ(map_.points().size(), 1U);
+  EXPECT_EQ(map_.newest_keyframe(), KeyFrameId(4));
+  EXPECT_TRUE(map_.TakeDelta().empty());
+}
+
 }  // namespace
 }  // namespace semmap
