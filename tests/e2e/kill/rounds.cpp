@@ -65,7 +65,8 @@ constexpr char kMigrationBegins[] = "running migration";
 }  // namespace
 
 const char* NameOf(Phase phase) {
-  static constexpr std::array kNames = {"drive", "extend", "loop", "copy", "import", "backup", "migration"};
+  static constexpr std::array kNames = {"drive",  "extend", "loop",   "copy",
+                                        "import", "merge",  "backup", "migration"};
   return kNames[static_cast<size_t>(phase)];
 }
 
@@ -198,10 +199,12 @@ absl::Status Rounds::KillDuringWork(std::unique_ptr<Work> work, Tally* tally) {
   SEMMAP_ASSIGN_OR_RETURN(const auto connection, Connect(server_->address()));
   client::Client client(connection);
   const std::string name = absl::StrCat("work-", kills_);
+  SEMMAP_RETURN_IF_ERROR(work->Prepare(client, name));
   const absl::Time begin = absl::Now();
   SEMMAP_RETURN_IF_ERROR(work->Run(client, name));
   const absl::Duration whole = kSlower * (absl::Now() - begin);
   SEMMAP_RETURN_IF_ERROR(work->Undo(client, name));
+  SEMMAP_RETURN_IF_ERROR(work->Prepare(client, name));
 
   Vehicle vehicle(street_, server_->address(), absl::StrCat("beside-", kills_), v1::SESSION_MODE_MAP);
   vehicle.WaitForAnswers(DrawMoment(street_, 0.1, 0.7).answers);
@@ -269,6 +272,8 @@ absl::Status Rounds::KillIn(Phase phase, Tally* tally) {
       return KillDuringWork(CopyWork(base_), tally);
     case Phase::kImport:
       return KillDuringWork(ImportWork(base_, base_file_), tally);
+    case Phase::kMerge:
+      return KillDuringWork(MergeWork(base_), tally);
     case Phase::kBackup:
       return KillDuringWork(BackupWork(base_, options_.config, data_), tally);
     case Phase::kMigration:

@@ -19,11 +19,11 @@
 namespace semmap::kill_test {
 
 // What goes on when the server is killed. Unless it says otherwise a vehicle drives meanwhile.
-enum class Phase { kDrive, kExtend, kLoop, kCopy, kImport, kBackup, kMigration };
+enum class Phase { kDrive, kExtend, kLoop, kCopy, kImport, kMerge, kBackup, kMigration };
 const char* NameOf(Phase phase);
 // The order in which kills come, over and over.
-inline constexpr std::array kPhases = {Phase::kDrive,  Phase::kExtend, Phase::kLoop,      Phase::kCopy,
-                                       Phase::kImport, Phase::kBackup, Phase::kMigration, Phase::kDrive,
+inline constexpr std::array kPhases = {Phase::kDrive,  Phase::kExtend, Phase::kLoop,   Phase::kCopy,
+                                       Phase::kImport, Phase::kMerge,  Phase::kBackup, Phase::kMigration,
                                        Phase::kDrive,  Phase::kDrive};
 
 struct RoundsOptions {

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "slam/common/mutex.h"
+#include "slam/common/status_macros.h"
 #include "tests/e2e/server_process.h"
 
 namespace semmap::kill_test {
@@ -60,6 +61,37 @@ class Import : public Work {
  private:
   const Testimony& base_;
   const std::string& file_;
+};
+
+class Merge : public Work {
+ public:
+  explicit Merge(const Testimony& base) : base_(base) {}
+  absl::Status Prepare(client::Client& client, const std::string& name) override {
+    SEMMAP_RETURN_IF_ERROR(client.CopyMap(base_.map, name, nullptr).status());
+    return client.CopyMap(base_.map, SourceOf(name), nullptr).status();
+  }
+  absl::Status Run(client::Client& client, const std::string& name) override {
+    v1::MergeMapsRequest request;
+    request.set_target(name);
+    request.set_source(SourceOf(name));
+    return client.MergeMaps(request, nullptr).status();
+  }
+  absl::Status Undo(client::Client& client, const std::string& name) override {
+    SEMMAP_RETURN_IF_ERROR(client.DeleteMap(name));
+    return client.DeleteMap(SourceOf(name));
+  }
+  // Both maps are there, and have what they had, joined or not.
+  void Inspect(Aftermath* aftermath, const std::string& name, bool /*done*/) override {
+    for (const std::string& map : {name, SourceOf(name)}) {
+      if (!aftermath->InspectMap(map)) aftermath->Fail(absl::StrCat(map, " is gone"));
+      aftermath->InspectContents(base_, map, kPictures);
+    }
+  }
+
+ private:
+  static std::string SourceOf(const std::string& name) { return name + "-source"; }
+
+  const Testimony& base_;
 };
 
 class Backup : public Work {
@@ -130,6 +162,8 @@ std::unique_ptr<Work> CopyWork(const Testimony& base) { return std::make_unique<
 std::unique_ptr<Work> ImportWork(const Testimony& base, const std::string& file) {
   return std::make_unique<Import>(base, file);
 }
+
+std::unique_ptr<Work> MergeWork(const Testimony& base) { return std::make_unique<Merge>(base); }
 
 std::unique_ptr<Work> BackupWork(const Testimony& base, const std::string& config, const std::string& data) {
   return std::make_unique<Backup>(base, config, data);

@@ -14,9 +14,13 @@ namespace semmap::kill_test {
 class Work {
  public:
   virtual ~Work() = default;
+  // Makes what it needs.
+  virtual absl::Status Prepare(client::Client& /*client*/, const std::string& /*name*/) {
+    return absl::OkStatus();
+  }
   // Does it; `name` is new each time.
   virtual absl::Status Run(client::Client& client, const std::string& name) = 0;
-  // Undoes what Run did.
+  // Undoes what Prepare and Run did.
   virtual absl::Status Undo(client::Client& client, const std::string& name) = 0;
   // Kills what runs beside the server, if anything does.
   virtual void Kill() {}
@@ -27,6 +31,8 @@ class Work {
 // All work on the map that `base` tells of, whose contents must not change by it.
 std::unique_ptr<Work> CopyWork(const Testimony& base);
 std::unique_ptr<Work> ImportWork(const Testimony& base, const std::string& file);
+// Joins two copies of it.
+std::unique_ptr<Work> MergeWork(const Testimony& base);
 // `semmapd --backup` beside the server.
 std::unique_ptr<Work> BackupWork(const Testimony& base, const std::string& config, const std::string& data);
 
