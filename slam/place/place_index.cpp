@@ -12,6 +12,15 @@ auto PositionOf(uint32_t slot, std::vector<Posting>& postings) {
                           [](Posting posting, uint32_t wanted) { return posting.slot() < wanted; });
 }
 
+// Almost always at the end: a slot in between is one that was given back.
+void Insert(Posting posting, std::vector<Posting>* postings) {
+  if (postings->empty() || postings->back().slot() < posting.slot()) {
+    postings->push_back(posting);
+  } else {
+    postings->insert(PositionOf(posting.slot(), *postings), posting);
+  }
+}
+
 }  // namespace
 
 PlaceIndex::PlaceIndex(std::shared_ptr<const Vocabulary> vocabulary, const PlaceQueryLimits& limits)
@@ -41,11 +50,7 @@ void PlaceIndex::Add(KeyFrameId keyframe, BagOfWords words) {
   entry.words = std::move(words);
   entry.words.shrink_to_fit();
   slots_[entry.slot] = {keyframe, &entry.words};
-  for (const WordWeight& word : entry.words) {
-    std::vector<Posting>& postings = postings_[word.word];
-    // Almost always at the end: a slot in between is one that was given back.
-    postings.insert(PositionOf(entry.slot, postings), Posting(entry.slot, word.weight));
-  }
+  for (const WordWeight& word : entry.words) Insert(Posting(entry.slot, word.weight), &postings_[word.word]);
 }
 
 void PlaceIndex::AddAll(std::vector<std::pair<KeyFrameId, BagOfWords>> keyframes) {

@@ -33,8 +33,13 @@ class Posting {
     return weights;
   }
   static uint32_t CodeOf(float weight) {
-    const auto at_least = std::lower_bound(kWeights.begin(), kWeights.end(), weight);
-    return static_cast<uint32_t>(std::min<ptrdiff_t>(at_least - kWeights.begin(), 255));
+    // The logarithm may be off by its rounding: one step at most.
+    const float steps =
+        std::ceil(static_cast<float>(kStepsPerOctave) * std::log2(std::max(weight, kWeights[0])));
+    auto code = static_cast<uint32_t>(std::clamp(255 + static_cast<int>(steps), 0, 255));
+    while (code < 255 && kWeights[code] < weight) ++code;
+    while (code > 0 && kWeights[code - 1] >= weight) --code;
+    return code;
   }
 
   inline static const std::array<float, 256> kWeights = Weights();

@@ -1,10 +1,7 @@
 // Maps two stretches of a recording that overlap, each as a map of its own, joins the maps, and says how well
 // they fit: against the truth, before and after.
 
-#include <unistd.h>
-
 #include <chrono>
-#include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -22,7 +19,9 @@
 #include "slam/pipeline/session.h"
 #include "storage/joined_map_loader.h"
 #include "storage/map_store.h"
+#include "tests/bench/bench_main.h"
 #include "tests/bench/slam_bench_run.h"
+#include "tests/support/temporary_directory.h"
 
 namespace semmap::bench {
 namespace {
@@ -59,31 +58,13 @@ class StoreSink : public MapDeltaSink {
   absl::Status status_;
 };
 
-class TemporaryDirectory {
- public:
-  TemporaryDirectory() {
-    std::string path = (std::filesystem::temp_directory_path() / "semmap-merge-XXXXXX").string();
-    path_ = mkdtemp(path.data());
-  }
-  ~TemporaryDirectory() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-  std::string uri() const { return "sqlite://" + path_ + "/maps.db"; }
-
- private:
-  std::string path_;
-};
-
 class MergeBench {
  public:
   explicit MergeBench(const Arguments& arguments) : arguments_(arguments) {}
 
   absl::Status Run() {
     storage::StorageConfig config;
-    config.uri = directory_.uri();
+    config.uri = directory_.database_uri();
     SEMMAP_ASSIGN_OR_RETURN(store_, storage::OpenMapStore(config));
     SEMMAP_ASSIGN_OR_RETURN(vocabulary_, LoadVocabulary(arguments_.bench.config.place));
     SEMMAP_ASSIGN_OR_RETURN(const storage::MapId first,
@@ -234,15 +215,7 @@ int Main(int argc, char** argv) {
   CLI::App app("Benchmark of joining the maps of two stretches of a recording");
   Arguments arguments;
   AddOptions(&app, &arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  const absl::Status status = RunWith(&arguments);
-  if (status.ok()) return 0;
-  std::cerr << "map_merge_bench: " << status << "\n";
-  return 1;
+  return RunMain(app, "map_merge_bench", argc, argv, [&arguments] { return RunWith(&arguments); });
 }
 
 }  // namespace

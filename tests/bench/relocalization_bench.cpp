@@ -12,6 +12,7 @@
 #include "nlohmann/json.hpp"
 #include "slam/common/status_macros.h"
 #include "slam/evaluation/statistics.h"
+#include "tests/bench/bench_main.h"
 #include "tests/bench/relocalization_bench_run.h"
 
 namespace semmap::bench {
@@ -110,15 +111,7 @@ int Main(int argc, char** argv) {
   CLI::App app("Benchmark of relocalization on the way through a recording");
   Arguments arguments;
   AddOptions(&app, &arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  const absl::Status status = Run(arguments);
-  if (status.ok()) return 0;
-  std::cerr << "relocalization_bench: " << status << "\n";
-  return 1;
+  return RunMain(app, "relocalization_bench", argc, argv, [&arguments] { return Run(arguments); });
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "CLI/CLI.hpp"
 #include "absl/strings/str_cat.h"
 #include "slam/common/status_macros.h"
+#include "tests/bench/bench_main.h"
 #include "tests/bench/experiment/experiment_figures.h"
 #include "tests/bench/experiment/experiment_report.h"
 #include "tests/bench/experiment/files.h"
@@ -203,15 +204,7 @@ int Main(int argc, char** argv) {
   CLI::App app("The paper's experiment in the simulated town");
   Arguments arguments;
   AddOptions(&app, &arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  const absl::Status status = Experiment(arguments).Run();
-  if (status.ok()) return 0;
-  std::cerr << "experiment: " << status << "\n";
-  return 1;
+  return RunMain(app, "experiment", argc, argv, [&arguments] { return Experiment(arguments).Run(); });
 }
 
 }  // namespace

@@ -34,6 +34,8 @@ constexpr double kRightMetres = 0.5;
 constexpr double kRightRadians = 5 * std::numbers::pi / 180;
 constexpr int kBoxes = 60;
 constexpr size_t kBoxPoints = 10'000;
+// Copies of a drive may lie far apart, metres.
+constexpr double kLargestHalf = 1e6;
 
 class Timer {
  public:
@@ -241,7 +243,7 @@ class Measurement {
           drive_[random() % drive_.size()].map_from_camera.translation() + ShiftOfCopy(copy);
       double half = 5;
       Eigen::AlignedBox3d box;
-      for (size_t count = 0; count < kBoxPoints && half < 1000; half *= 1.15) {
+      for (size_t count = 0; count < kBoxPoints && half < kLargestHalf; half *= 1.15) {
         box = Eigen::AlignedBox3d(center.array() - half, center.array() + half);
         SEMMAP_ASSIGN_OR_RETURN(count, CountIn(map.id, box));
       }

@@ -1,10 +1,7 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <bit>
 #include <cstring>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -15,29 +12,11 @@
 #include "slam/map/map_delta.h"
 #include "storage/feature_codec.h"
 #include "storage/map_store.h"
+#include "tests/support/temporary_directory.h"
 
 namespace semmap::storage {
 
-// A directory of its own for a test, removed at the end.
-class TempDir {
- public:
-  TempDir() {
-    std::string name = (std::filesystem::temp_directory_path() / "semmap_storage_XXXXXX").string();
-    path_ = mkdtemp(name.data()) == nullptr ? std::string() : name;
-    EXPECT_FALSE(path_.empty());
-  }
-  ~TempDir() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TempDir(const TempDir&) = delete;
-  TempDir& operator=(const TempDir&) = delete;
-
-  std::string File(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
+using TempDir = semmap::TemporaryDirectory;
 
 inline StorageConfig ConfigFor(const std::string& path) {
   StorageConfig config;
