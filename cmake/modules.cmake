@@ -60,6 +60,7 @@ function(semmap_test name)
   if(files GREATER 3 OR ARG_PRECOMPILE)
     semmap_precompile(test_${name} <gtest/gtest.h> ${ARG_PRECOMPILE})
   endif()
-  gtest_discover_tests(test_${name} TEST_PREFIX ${name}/ DISCOVERY_MODE PRE_TEST
+  # The first start of a program that links libtorch reads it from disk.
+  gtest_discover_tests(test_${name} TEST_PREFIX ${name}/ DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 120
     PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
 endfunction()

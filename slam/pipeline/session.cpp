@@ -27,8 +27,9 @@ class SlamSession : public Session {
       : tracker_(config, rig, std::move(segmentation)),
         mapper_(MapperOf(shared.get(), config, vocabulary, executor), sink),
         ids_(shared != nullptr ? shared->ids() : std::make_shared<KeyFrameIdSource>()),
+        is_stranger_(mapper_.State().map_is_strange),
         handover_(&mapper_, ids_) {
-    if (mapper_.State().map_is_strange) {
+    if (is_stranger_) {
       piece_.emplace(config, tracker_.camera(), tracker_.builder().scale_info(), std::move(vocabulary),
                      executor);
     } else {
@@ -95,8 +96,8 @@ class SlamSession : public Session {
 
   FrameResult TrackInMap(const FrameInput& frame, const MapperState& state) {
     TrackOutput output = tracker_.Track(frame, state);
-    const bool starts_map = !state.map_is_strange && StartsMap(output);
-    if (state.map_is_strange && output.result.state == TrackingState::kLost)
+    const bool starts_map = !is_stranger_ && StartsMap(output);
+    if (is_stranger_ && output.result.state == TrackingState::kLost)
       output.result.failure = mapper_.counts().last_failure;
     mapper_.Push(&output);
     if (starts_map) mapper_.WaitForBacklog(0);
@@ -143,6 +144,8 @@ class SlamSession : public Session {
   Tracker tracker_;
   MapperSeat mapper_;
   const std::shared_ptr<KeyFrameIdSource> ids_;
+  // The map was there before: no frame waits for it to begin.
+  const bool is_stranger_;
   // In a map that others made: what the vehicle maps until it is found there; and what becomes of that.
   std::optional<OwnPiece> piece_;
   PieceHandover handover_;
