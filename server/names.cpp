@@ -76,10 +76,8 @@ std::string ArtifactName(std::string_view artifact_id) {
 absl::Status ValidateText(std::string_view field, std::string_view text, size_t max_length) {
   const bool printable = std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
   if (printable && text.size() <= max_length) return absl::OkStatus();
-  return Error(v1::ERROR_REASON_FIELD_INVALID,
-               std::string(field).append(" must be printable ASCII of at most ") +
-                   std::to_string(max_length) + " characters",
-               {{"field", std::string(field)}});
+  return FieldInvalid(field,
+                      "must be printable ASCII of at most " + std::to_string(max_length) + " characters");
 }
 
 absl::Status ValidateRequestId(std::string_view request_id) {

@@ -42,9 +42,7 @@ absl::StatusOr<std::string> ReadPageToken(const std::string& scope, const std::s
 }
 
 absl::StatusOr<int> ReadPageSize(int requested, int standard, int maximum) {
-  if (requested < 0) {
-    return Error(v1::ERROR_REASON_FIELD_INVALID, "page_size must not be negative", {{"field", "page_size"}});
-  }
+  if (requested < 0) return FieldInvalid("page_size", "must not be negative");
   return requested == 0 ? standard : std::min(requested, maximum);
 }
 

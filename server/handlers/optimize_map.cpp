@@ -57,8 +57,7 @@ OperationResult Optimize(const ServiceContext& context, storage::MapId map, int 
 absl::StatusOr<v1::Operation> OptimizeMap(const ServiceContext& context,
                                           const v1::OptimizeMapRequest& request) {
   if (request.max_iterations() < 0 || request.max_iterations() > kMaxIterations) {
-    return Error(v1::ERROR_REASON_FIELD_INVALID, "max_iterations must be in [0, 1000]",
-                 {{"field", "max_iterations"}});
+    return FieldInvalid("max_iterations", "must be in [0, 1000]");
   }
   const int iterations = request.max_iterations() == 0 ? kDefaultIterations : request.max_iterations();
   return StartOperation(context, "OptimizeMap", request.request_id(), [&]() -> absl::StatusOr<v1::Operation> {

@@ -57,8 +57,7 @@ OperationResult Prune(const ServiceContext& context, const PruneJob& job, Operat
 }
 
 absl::Status CheckNotNegative(const char* field, int64_t value) {
-  if (value >= 0) return absl::OkStatus();
-  return Error(v1::ERROR_REASON_FIELD_INVALID, std::string(field) + " is negative", {{"field", field}});
+  return value >= 0 ? absl::OkStatus() : FieldInvalid(field, "is negative");
 }
 
 absl::StatusOr<PruneBudget> ReadBudget(const v1::PruneMapRequest& request) {

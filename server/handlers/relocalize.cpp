@@ -24,7 +24,7 @@ constexpr double kMaxLatitude = 90;
 constexpr double kMaxLongitude = 180;
 
 absl::Status PriorInvalid(const std::string& field, const std::string& what) {
-  return Error(v1::ERROR_REASON_FIELD_INVALID, "prior." + field + " " + what, {{"field", "prior." + field}});
+  return FieldInvalid("prior." + field, what);
 }
 
 absl::StatusOr<PlacePrior::Position> GeoPrior(const v1::GeoPosition& position, double radius_m,

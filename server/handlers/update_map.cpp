@@ -28,7 +28,7 @@ absl::StatusOr<storage::MapChanges> ReadChanges(const v1::UpdateMapRequest& requ
     }
   }
   if (!request.update_mask().paths().empty()) return changes;
-  return Error(v1::ERROR_REASON_FIELD_INVALID, "update_mask is missing", {{"field", "update_mask"}});
+  return FieldInvalid("update_mask", "is missing");
 }
 
 absl::Status EtagMismatch(const std::string& map_id) {

@@ -365,4 +365,14 @@ std::optional<RemovedKeyFrame> Map::FindHeir(KeyFrameId id) const {
   return found->second;
 }
 
+bool Map::Resolve(FramePose* frame) const {
+  while (FindKeyFrame(frame->reference_keyframe) == nullptr) {
+    const auto heir = FindHeir(frame->reference_keyframe);
+    if (!heir) return false;
+    frame->keyframe_from_camera = heir->heir_from_removed * frame->keyframe_from_camera;
+    frame->reference_keyframe = heir->heir;
+  }
+  return true;
+}
+
 }  // namespace semmap

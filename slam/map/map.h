@@ -91,6 +91,8 @@ class Map {
   // Where the frames of a removed keyframe went; nullopt when `id` was never removed, or so long ago that no
   // frame in flight can refer to it.
   std::optional<RemovedKeyFrame> FindHeir(KeyFrameId id) const;
+  // Hangs the frame on a keyframe that is still there; false when none is known that inherited it.
+  bool Resolve(FramePose* frame) const;
   // What NoteRescaled made of a keyframe since the last delta. A delta tells it of those only that the sink
   // knows already.
   double RescaledBy(KeyFrameId id) const;

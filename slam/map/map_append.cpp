@@ -6,10 +6,11 @@
 namespace semmap {
 namespace {
 
-std::vector<KeyFrameId> Ascending(const std::unordered_map<KeyFrameId, KeyFrame, IdHash>& keyframes) {
-  std::vector<KeyFrameId> ids;
-  ids.reserve(keyframes.size());
-  for (const auto& [id, keyframe] : keyframes) ids.push_back(id);
+template <typename Things>
+auto Ascending(const Things& things) {
+  std::vector<typename Things::key_type> ids;
+  ids.reserve(things.size());
+  for (const auto& [id, thing] : things) ids.push_back(id);
   std::sort(ids.begin(), ids.end());
   return ids;
 }
@@ -27,10 +28,7 @@ void Map::Append(const Map& piece, const KeyFrameIdMap& new_ids) {
     keyframe.covisible.clear();
     AddKeyFrame(std::move(keyframe));
   }
-  std::vector<MapPointId> points;
-  for (const auto& [id, point] : piece.points_) points.push_back(id);
-  std::sort(points.begin(), points.end());
-  for (const MapPointId id : points) {
+  for (const MapPointId id : Ascending(piece.points_)) {
     const MapPoint& from = piece.points_.at(id);
     MapPoint& point = points_.at(AddPoint(from.position_in_map, id_of(from.reference_keyframe)));
     for (const Observation& seen : from.observations)

@@ -49,9 +49,7 @@ MapDelta Map::TakeDelta() {
   }
   for (const KeyFrameId id : Sorted(moved_keyframes_)) {
     const KeyFrame& moved = keyframes_.at(id);
-    const auto rescaled = rescaled_keyframes_.find(id);
-    delta.moved_keyframes.push_back({id, moved.camera_from_map.Inverse(), moved.parent,
-                                     rescaled == rescaled_keyframes_.end() ? 1.0 : rescaled->second});
+    delta.moved_keyframes.push_back({id, moved.camera_from_map.Inverse(), moved.parent, RescaledBy(id)});
   }
   for (const MapPointId id : Sorted(changed_points_))
     delta.upserted_points.push_back(ToRecord(points_.at(id)));

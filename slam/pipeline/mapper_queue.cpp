@@ -279,7 +279,7 @@ void MapperQueue::Run(const RecoverStep& recover) {
 
 void MapperQueue::Run(const JoinStep& step) {
   PieceJoin join = step.join;
-  if (join.found && !Resolve(&*join.found)) join.found.reset();
+  if (join.found && !mapper_.map().Resolve(&*join.found)) join.found.reset();
   const PieceJoinReport report = mapper_.Join(join);
   const MapOverlap& overlap = report.overlap;
   spdlog::info("own piece {}: {} keyframes, {} found in the map, {} of one mind, {} points fused",
@@ -415,20 +415,10 @@ std::vector<FramePose> MapperQueue::TakeFrames(uint64_t up_to_sequence) {
   MutexLock lock(&mutex_);
   std::deque<FramePose>& frames = current_->frames;
   while (!frames.empty() && frames.front().sequence <= up_to_sequence) {
-    if (Resolve(&frames.front())) taken.push_back(frames.front());
+    if (mapper_.map().Resolve(&frames.front())) taken.push_back(frames.front());
     frames.pop_front();
   }
   return taken;
-}
-
-bool MapperQueue::Resolve(FramePose* frame) const {
-  while (mapper_.map().FindKeyFrame(frame->reference_keyframe) == nullptr) {
-    const auto heir = mapper_.map().FindHeir(frame->reference_keyframe);
-    if (!heir) return false;
-    frame->keyframe_from_camera = heir->heir_from_removed * frame->keyframe_from_camera;
-    frame->reference_keyframe = heir->heir;
-  }
-  return true;
 }
 
 }  // namespace semmap

@@ -146,7 +146,6 @@ class MapperQueue {
   // The map's changes and the vehicle's frames; empty when there is nothing to tell.
   MapDelta TakeDelta(uint64_t up_to_sequence, const std::vector<VehiclePtr>& vehicles);
   std::vector<FramePose> TakeFrames(uint64_t up_to_sequence);
-  bool Resolve(FramePose* frame) const;
   std::vector<VehiclePtr> Vehicles() const;
   bool HasJoined(const VehiclePtr& vehicle) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t Backlog() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return steps_.size() + (running_ ? 1 : 0); }

@@ -40,7 +40,9 @@ class Joining {
   std::optional<FramePose> Same(const FramePose& found) const {
     const auto same = std::find_if(piece_.frames.begin(), piece_.frames.end(),
                                    [&](const FramePose& frame) { return frame.sequence == found.sequence; });
-    return same == piece_.frames.end() ? std::nullopt : InPiece(*same);
+    if (same == piece_.frames.end()) return std::nullopt;
+    FramePose frame = *same;
+    return piece_.map.Resolve(&frame) ? std::optional(frame) : std::nullopt;
   }
 
   bool IsSure(const MapOverlap& overlap, const MergeConfig& config,
@@ -67,14 +69,13 @@ class Joining {
 
   std::vector<FramePose> Frames() const {
     std::vector<FramePose> frames;
-    for (const FramePose& frame : piece_.frames) {
-      auto resolved = InPiece(frame);
-      if (!resolved) continue;
-      resolved->reference_keyframe = ids_.at(resolved->reference_keyframe);
-      const double scale = map_.RescaledBy(resolved->reference_keyframe);
-      const SE3& pose = resolved->keyframe_from_camera;
-      resolved->keyframe_from_camera = SE3(pose.rotation(), scale * pose.translation());
-      frames.push_back(*resolved);
+    for (FramePose frame : piece_.frames) {
+      if (!piece_.map.Resolve(&frame)) continue;
+      frame.reference_keyframe = ids_.at(frame.reference_keyframe);
+      const double scale = map_.RescaledBy(frame.reference_keyframe);
+      const SE3& pose = frame.keyframe_from_camera;
+      frame.keyframe_from_camera = SE3(pose.rotation(), scale * pose.translation());
+      frames.push_back(frame);
     }
     return frames;
   }
@@ -91,17 +92,6 @@ class Joining {
  private:
   static SE3 PoseOf(const Map& map, const FramePose& frame) {
     return map.FindKeyFrame(frame.reference_keyframe)->camera_from_map.Inverse() * frame.keyframe_from_camera;
-  }
-
-  // On a keyframe that the piece still has.
-  std::optional<FramePose> InPiece(FramePose frame) const {
-    while (piece_.map.FindKeyFrame(frame.reference_keyframe) == nullptr) {
-      const auto heir = piece_.map.FindHeir(frame.reference_keyframe);
-      if (!heir) return std::nullopt;
-      frame.keyframe_from_camera = heir->heir_from_removed * frame.keyframe_from_camera;
-      frame.reference_keyframe = heir->heir;
-    }
-    return frame;
   }
 
   const MapPiece& piece_;

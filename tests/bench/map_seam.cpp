@@ -1,7 +1,6 @@
 // Where two vehicles that mapped at once were, by the one map and in truth: how well the map fits together
 // where what one mapped meets what the other did.
-#include <cmath>
-#include <numbers>
+#include <string>
 #include <vector>
 
 #include "absl/strings/str_format.h"

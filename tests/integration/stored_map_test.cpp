@@ -280,7 +280,8 @@ TEST_F(StoredMapTest, AVehicleThatBeginsElsewhereBringsItsOwnPiece) {
   int of_piece = 0;
   for (const auto& [of, pose] : stored) {
     if (of >= turned) continue;
-    const SE3 truth = map_from_world * testing::LookAround(180 - kDegreesPerFrame * (static_cast<double>(of) - 1));
+    const SE3 truth =
+        map_from_world * testing::LookAround(180 - kDegreesPerFrame * (static_cast<double>(of) - 1));
     EXPECT_LT((pose.map_from_camera.translation() - truth.translation()).norm(), 2 * kBound) << of;
     ++of_piece;
   }
