@@ -26,6 +26,7 @@ class Augmentation:
     perspective: float = 0.5
     perspective_shift: float = 0.1  # of the crop's sides
     colour: float = 0.0
+    shadow: float = 0.0  # of a part of the image, with a straight edge
     grey: float = 0.0  # vehicles may have cameras without colour
     rare: float = 0.0  # probability that the crop is laid over a pixel of a class drawn at random from the image's
 
@@ -76,6 +77,16 @@ def recolour(image: np.ndarray, random: np.random.Generator) -> np.ndarray:
     return 255 * np.power(np.clip(image, 0, 255) / 255, random.uniform(0.75, 1.35))
 
 
+def shade(image: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Darkens one side of a straight line, as a house does that stands between sun and street."""
+    height, width = image.shape[:2]
+    angle = random.uniform(0, 2 * np.pi)
+    row, column = random.uniform(0, height), random.uniform(0, width)
+    distance = np.cos(angle) * (np.arange(width) - column) + np.sin(angle) * (np.arange(height)[:, None] - row)
+    dark = np.clip(distance / random.uniform(1, 12), 0, 1) * (1 - random.uniform(0.35, 0.85))
+    return image * (1 - dark[..., None])
+
+
 def augment(image: np.ndarray, label: np.ndarray, options: Augmentation,
             random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """RGB float32 in 0..255 and the label, both height x width; beyond the image 0 and IGNORE."""
@@ -87,6 +98,8 @@ def augment(image: np.ndarray, label: np.ndarray, options: Augmentation,
     out = out.astype(np.float32)
     if random.random() < options.colour:
         out = recolour(out, random).astype(np.float32)
+    if options.shadow and random.random() < options.shadow:
+        out = shade(out, random).astype(np.float32)
     if options.grey and random.random() < options.grey:
         out = np.repeat(cv2.cvtColor(out, cv2.COLOR_RGB2GRAY)[..., None], 3, 2)
     if random.random() < options.noise:

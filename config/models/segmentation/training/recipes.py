@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from augment import Augmentation
 
@@ -61,3 +61,11 @@ RECIPES: dict[str, Recipe] = {
         loss_phases=True,
     ),
 }
+
+# Goes on from a trained light model (`--start-from`): lower rates, and images nearer to the camera's own size.
+RECIPES["light-on"] = replace(
+    RECIPES["light"],
+    augmentation=replace(RECIPES["light"].augmentation, width=416, height=320, base_width=608, scale=(0.7, 1.4), shadow=0.25),
+    shares={"town": 0.66, "carla": 0.17, "camvid11": 0.13, "camvid32": 0.04},
+    learning_rate=1e-3,
+)

@@ -23,9 +23,11 @@ from losses import dice_loss, focal_loss, upsample_phase
 from metrics import Confusion
 from recipes import RECIPES, Recipe
 from sampling import MEAN, STD, Batch, Sampler, class_weights
+from warm_start import load_exported, restore_normalizations
 
 WARM_UP = 0.03  # part of the run
 LAST_RATE = 0.01  # of the learning rate, at the end of the cycle
+STATISTICS_BATCHES = 20  # for the normalizations of an exported model
 
 
 def arguments() -> argparse.Namespace:
@@ -33,7 +35,9 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--recipe", choices=sorted(RECIPES), default="paper")
     parser.add_argument("--town", type=Path, required=True, help="folder that semmap town collect wrote")
     parser.add_argument("--segmentation-data", type=Path, help="folder with carla_town_409, camvid11 and camvid32")
-    parser.add_argument("--encoder-weights", type=Path, help="published weights that the encoder starts from")
+    start = parser.add_mutually_exclusive_group()
+    start.add_argument("--encoder-weights", type=Path, help="published weights that the encoder starts from")
+    start.add_argument("--start-from", type=Path, help="an exported model of the same architecture to go on from")
     parser.add_argument("--cache", type=Path, required=True, help="folder for resized pixels (some gigabytes)")
     parser.add_argument("--output", type=Path, required=True, help="folder for checkpoint.pt and log.jsonl")
     length = parser.add_mutually_exclusive_group(required=True)
@@ -98,11 +102,15 @@ class Average:
 
 
 class Trainer:
-    def __init__(self, recipe: Recipe, sampler: Sampler, weights: Tensor, schedule: Schedule, encoder_weights: Path | None):
+    def __init__(self, recipe: Recipe, sampler: Sampler, weights: Tensor, schedule: Schedule,
+                 encoder_weights: Path | None, start_from: Path | None = None):
         self.recipe, self.sampler, self.weights, self.schedule = recipe, sampler, weights, schedule
         self.model = DeepLabV3Plus(recipe.architecture)
         if encoder_weights is not None:
             self.model.encoder.load_published_weights(str(encoder_weights))
+        if start_from is not None:
+            folded = load_exported(self.model, start_from)
+            restore_normalizations(self.model, folded, (sampler.next(recipe.batch).images for _ in range(STATISTICS_BATCHES)))
         self.model.encoder.freeze(recipe.frozen)
         self.model.to(memory_format=torch.channels_last)
         encoder = [p for p in self.model.encoder.parameters() if p.requires_grad]
@@ -261,7 +269,8 @@ def main() -> None:
     shares = [recipe.shares[name] for name in train_splits]
     sampler = Sampler(sets, shares, recipe.augmentation, recipe.common, options.seed)
     weights = torch.from_numpy(class_weights(sets, shares, recipe.class_power, recipe.class_limit)).float()
-    trainer = Trainer(recipe, sampler, weights, Schedule(recipe, options.steps, options.minutes), options.encoder_weights)
+    trainer = Trainer(recipe, sampler, weights, Schedule(recipe, options.steps, options.minutes), options.encoder_weights,
+                      options.start_from)
     trainer.bf16 = options.bf16
     if options.resume and (options.output / "checkpoint.pt").exists():
         trainer.restore(options.output / "checkpoint.pt")

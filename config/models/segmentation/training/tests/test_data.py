@@ -9,7 +9,7 @@ from tests import support
 import numpy as np
 
 import datasets
-from augment import Augmentation, augment
+from augment import Augmentation, augment, shade
 from classes import IGNORE, TOWN
 from datasets import Split
 from sampling import Sampler, class_weights, repeat_factors
@@ -107,6 +107,14 @@ class Augmenting(unittest.TestCase):
         self.image[..., 0] //= 2
         image, _ = augment(self.image, self.label, options, np.random.default_rng(1))
         self.assertTrue((image[..., 0] == image[..., 2]).all())
+
+    def test_shadow_darkens_one_side_of_a_line(self) -> None:
+        plain = np.full((60, 80, 3), 200.0)
+        for seed in range(5):
+            dark = shade(plain, np.random.default_rng(seed))
+            self.assertLessEqual(dark.max(), 200.0)
+            self.assertGreaterEqual(dark.min(), 0.35 * 200 - 1e-6)
+            self.assertGreater((dark > 199).mean() + (dark <= 0.85 * 200 + 1e-6).mean(), 0.5)  # both sides, and the edge between
 
     def test_flip(self) -> None:
         options = Augmentation(80, 60, flip=1, noise=0, perspective=0)

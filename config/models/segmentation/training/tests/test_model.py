@@ -13,7 +13,7 @@ import export
 import modelfile
 from deeplab import ARCHITECTURES, DeepLabV3Plus
 from espnetv2 import FixedSlope, dilations
-from layers import prefer_onednn
+from layers import Depthwise, prefer_onednn
 
 
 class Model(unittest.TestCase):
@@ -43,6 +43,18 @@ class Model(unittest.TestCase):
         ours, = torch.autograd.grad(FixedSlope.apply(x, slope).pow(2).sum(), x)
         theirs, = torch.autograd.grad(torch.prelu(x, slope).pow(2).sum(), x)
         torch.testing.assert_close(ours, theirs)
+
+    def test_dilated_depthwise_has_the_gradients_of_pytorch(self) -> None:
+        for stride, dilation in ((1, 2), (1, 4), (2, 2), (2, 3)):
+            layer = Depthwise(4, stride, dilation).train().double()
+            x = torch.randn(2, 4, 12, 14, dtype=torch.float64, requires_grad=True)
+            ours = layer(x)
+            layer.eval()
+            theirs = layer(x)
+            torch.testing.assert_close(ours, theirs)
+            outer = torch.randn_like(ours)
+            for mine, reference in zip(*(torch.autograd.grad(y, (x, layer.weight), outer) for y in (ours, theirs))):
+                torch.testing.assert_close(mine, reference)
 
     def test_frozen_parts_stay(self) -> None:
         net = DeepLabV3Plus("espnetv2")
