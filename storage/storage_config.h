@@ -21,7 +21,7 @@ struct StorageConfig {
   int max_readers = 8;
   // Keypoints stored of a keyframe, 0 to 65535: those that see a map point, however many, and others up to
   // this number. Fewer make maps smaller, and places a little harder to recognize.
-  int keyframe_keypoints = 800;
+  int keyframe_keypoints = 760;
 
   void Read(ConfigReader& reader);
 };

@@ -120,7 +120,7 @@ absl::StatusOr<v1::RelocalizeResponse> Relocalize(const ServiceContext& context,
 
   v1::RelocalizeResponse response;
   response.set_map_version(map.version());
-  if (frame.features->size() < static_cast<size_t>(slam.relocalization.min_inliers)) {
+  if (frame.features->size() < static_cast<size_t>(slam.relocalization.limits.min_inliers)) {
     response.set_result(v1::RELOCALIZE_RESULT_TOO_FEW_FEATURES);
   } else {
     const MapLocalizer localizer(slam.relocalization, static_cast<uint32_t>(slam.seed));

@@ -24,4 +24,19 @@ struct Agreement {
   double Trust() const { return std::min(Share(), NearShare()); }
 };
 
+// What an agreement has to reach before a pose is believed.
+struct AgreementLimits {
+  int min_inliers = 50;
+  // Of the points that should be in sight. Streets repeat themselves: a shop sign or a row of windows alone
+  // gives tens of inliers and a fine pose, but nothing around it fits.
+  double min_inlier_share = 0.1;
+  // The same of those that are near, where that is known.
+  double min_near_share = 0.1;
+
+  bool Admit(const Agreement& agreement) const {
+    return agreement.inliers >= min_inliers && agreement.Share() >= min_inlier_share &&
+           agreement.NearShare() >= min_near_share;
+  }
+};
+
 }  // namespace semmap

@@ -19,7 +19,8 @@ constexpr int kNoDistance = 257;
 
 // How far apart the two sides of a possible pair are, as every association of the pipeline measures it: the
 // distance of their descriptors, raised by a share of itself where they are known to be of different classes
-// (section 4 of the paper). A side is a keypoint with its class, or a map point with the class of its votes.
+// (section 4 of the paper). A side is a keypoint with its class (where two classes meet, with both), or a map
+// point with the class of its votes.
 // A value.
 class AssociationRule {
  public:
@@ -28,9 +29,18 @@ class AssociationRule {
   explicit AssociationRule(const SemanticsConfig& config)
       : penalty_(config.enabled ? config.penalty : 0.0), strict_(config.enabled && config.strict) {}
 
-  int Distance(const Descriptor& a, uint8_t class_a, const Descriptor& b, uint8_t class_b) const {
+  // Of a map point, or a keypoint that shows one, to a keypoint of an image.
+  int Distance(const Descriptor& a, uint8_t class_a, const Descriptor& b, const Keypoint& keypoint_b) const {
     const int distance = HammingDistance(a, b);
-    return Differ(class_a, class_b) ? OfDifferent(distance) : distance;
+    return Differ(class_a, keypoint_b) ? OfDifferent(distance) : distance;
+  }
+  // Of two keypoints.
+  int Distance(const Descriptor& a, const Keypoint& keypoint_a, const Descriptor& b,
+               const Keypoint& keypoint_b) const {
+    const int distance = HammingDistance(a, b);
+    const bool differ = Differ(keypoint_a.semantic_class, keypoint_b) &&
+                        (keypoint_a.class_beside == kUnknownClass || Differ(keypoint_a.class_beside, keypoint_b));
+    return differ ? OfDifferent(distance) : distance;
   }
   // False when all pairs with this class are measured by their descriptors alone.
   bool Matters(uint8_t semantic_class) const {
@@ -38,7 +48,10 @@ class AssociationRule {
   }
 
  private:
-  static bool Differ(uint8_t a, uint8_t b) { return a != b && a != kUnknownClass && b != kUnknownClass; }
+  static bool Differ(uint8_t a, const Keypoint& b) {
+    return a != b.semantic_class && a != kUnknownClass && b.semantic_class != kUnknownClass &&
+           a != b.class_beside;
+  }
   int OfDifferent(int distance) const {
     return strict_ ? kNoDistance : distance + static_cast<int>(penalty_ * distance);
   }
@@ -93,7 +106,7 @@ WindowMatch FindInWindow(const AssociationRule& rule, const SearchImage& image, 
       if (error > query.radius || error < -query.radius) return;
     }
     const int distance = rule.Distance(*query.descriptor, query.semantic_class,
-                                       image.features.descriptors[index], keypoint.semantic_class);
+                                       image.features.descriptors[index], keypoint);
     if (distance < match.distance) {
       match.second_distance = match.distance;
       match.second_octave = match.octave;

@@ -23,7 +23,7 @@ NearestTwo FindNearestTwoByRule(const AssociationRule& rule, const Descriptor& w
   NearestTwo nearest;
   for (size_t i = 0; i < candidates.size(); ++i) {
     const int distance = rule.Distance(wanted, semantic_class, image.descriptors[candidates[i]],
-                                       image.keypoints[candidates[i]].semantic_class);
+                                       image.keypoints[candidates[i]]);
     if (distance < nearest.distance) {
       nearest.second_distance = nearest.distance;
       nearest.distance = distance;

@@ -10,15 +10,16 @@ namespace {
 
 constexpr auto kSky = static_cast<uint8_t>(SemanticClass::kSky);
 
-// What is not sky at half the radius around a pixel, or at all of it.
-std::optional<PixelClass> BesideTheSky(ClassLookup class_at, const cv::Point2f& pixel, double radius) {
+// What is of another class at half the radius around a pixel, or at all of it.
+std::optional<PixelClass> Beside(uint8_t semantic_class, ClassLookup class_at, const cv::Point2f& pixel,
+                                 double radius) {
   constexpr int kDirections = 8;
   for (const double distance : {0.5 * radius, radius}) {
     for (int i = 0; i < kDirections; ++i) {
       const double angle = 2 * std::numbers::pi * i / kDirections;
       const PixelClass beside =
           class_at(pixel.x + distance * std::cos(angle), pixel.y + distance * std::sin(angle));
-      if (beside.semantic_class != kSky) return beside;
+      if (beside.semantic_class != semantic_class) return beside;
     }
   }
   return std::nullopt;
@@ -29,6 +30,7 @@ std::optional<PixelClass> BesideTheSky(ClassLookup class_at, const cv::Point2f& 
 KeypointClassRule::KeypointClassRule(const SemanticsConfig& config, const ScalePyramidInfo& scale_info)
     : min_confidence(static_cast<uint8_t>(std::lround(255 * config.min_confidence))),
       sky_rim_px(config.sky_rim_px),
+      class_rim_px(config.class_rim_px),
       level_scale(scale_info.scales) {}
 
 PixelClass LookUpMask(const cv::Mat& classes, const cv::Mat& confidence, double x, double y) {
@@ -42,11 +44,14 @@ void ClassifyKeypoints(const KeypointClassRule& rule, const std::vector<cv::Poin
   for (size_t i = 0; i < pixels.size(); ++i) {
     Keypoint& keypoint = (*keypoints)[i];
     PixelClass found = class_at(pixels[i].x, pixels[i].y);
-    if (rule.sky_rim_px > 0 && found.semantic_class == kSky) {
-      const double radius = rule.sky_rim_px * rule.level_scale[keypoint.octave];
-      found = BesideTheSky(class_at, pixels[i], radius).value_or(found);
-    }
+    const double scale = rule.level_scale[keypoint.octave];
+    if (rule.sky_rim_px > 0 && found.semantic_class == kSky)
+      found = Beside(kSky, class_at, pixels[i], rule.sky_rim_px * scale).value_or(found);
     if (found.confidence < rule.min_confidence) continue;
+    if (rule.class_rim_px > 0) {
+      const auto beside = Beside(found.semantic_class, class_at, pixels[i], rule.class_rim_px * scale);
+      if (beside) keypoint.class_beside = beside->semantic_class;
+    }
     keypoint.semantic_class = found.semantic_class;
     keypoint.class_confidence = found.confidence;
   }

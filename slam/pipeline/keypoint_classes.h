@@ -19,6 +19,7 @@ struct KeypointClassRule {
 
   uint8_t min_confidence = 0;      // 255 = certain; classes that are less sure are none
   double sky_rim_px = 0;           // see SemanticsConfig
+  double class_rim_px = 0;         // likewise
   std::vector<float> level_scale;  // of the pyramid
 };
 

@@ -89,11 +89,11 @@ std::optional<Loop> VerifyLoop(const LoopConfig& config, uint32_t seed, const Ma
                                KeyFrameId current_id) {
   ViewLocalizerOptions options;
   options.seed = seed;
-  options.min_inliers = config.min_inliers;
-  options.min_inlier_share = config.min_inlier_share;
+  options.limits.min_inliers = config.min_inliers;
+  options.limits.min_inlier_share = config.min_inlier_share;
   const auto forth = LookAcross(options, camera, places, map, old_id, current_id);
   if (!forth) return std::nullopt;
-  options.min_inliers = config.min_reverse_inliers;
+  options.limits.min_inliers = config.min_reverse_inliers;
   const auto back = LookAcross(options, camera, places, map, current_id, old_id);
   if (!back) return std::nullopt;
   auto scale = RelativeScale(*forth, *back);

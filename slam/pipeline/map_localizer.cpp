@@ -85,9 +85,7 @@ class Search {
   Search(const MapSnapshot& map, const MappingCamera& camera, const SearchImage& image, uint32_t seed)
       : map_(map), camera_(camera), image_(image) {
     // Weak poses count as well: as rivals, and as the reason of a failure.
-    options_.min_inliers = kMinHypothesisInliers;
-    options_.min_inlier_share = 0;
-    options_.min_near_share = 0;
+    options_.limits = {kMinHypothesisInliers, 0, 0};
     options_.seed = seed;
   }
 
@@ -183,11 +181,6 @@ class Search {
   LocalizationFailure failure_ = LocalizationFailure::kNoCandidates;
 };
 
-bool IsEnough(const RelocalizationConfig& config, const Agreement& agreement) {
-  return agreement.inliers >= config.min_inliers && agreement.Share() >= config.min_inlier_share &&
-         agreement.NearShare() >= config.min_near_share;
-}
-
 // How far the position is uncertain, as a share of the depth of what is seen.
 double RelativeUncertainty(const Hypothesis& hypothesis) {
   const Eigen::Matrix3d covariance = hypothesis.found.fix.covariance.topLeftCorner<3, 3>();
@@ -229,7 +222,7 @@ void Judge(const RelocalizationConfig& config, const std::vector<Hypothesis>& hy
   result->matches = best.matches;
   result->agreement = fix.agreement;
   if (hypotheses.size() > 1) result->rival_inliers = hypotheses[1].found.fix.agreement.inliers;
-  if (!IsEnough(config, fix.agreement)) {
+  if (!config.limits.Admit(fix.agreement)) {
     result->failure = LocalizationFailure::kTooFewInliers;
   } else if (RelativeUncertainty(best) > config.max_uncertainty ||
              result->rival_inliers > config.max_rival_share * fix.agreement.inliers) {

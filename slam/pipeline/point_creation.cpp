@@ -148,8 +148,7 @@ class FreeKeypoints {
         const Keypoint& keypoint = keypoints_[index];
         if (std::abs(segment.Distance(keypoint.x, keypoint.y)) > reach_[index]) return;
         if (std::abs(keypoint.octave - seen.octave) > 2) return;
-        const int distance = rule_.Distance(descriptor, seen.semantic_class, descriptors_[indices_[index]],
-                                            keypoint.semantic_class);
+        const int distance = rule_.Distance(descriptor, seen, descriptors_[indices_[index]], keypoint);
         if (distance < best.distance) best = {-1, indices_[index], distance};
       });
     }

@@ -64,9 +64,7 @@ class Search {
 Relocalization Relocalizer::Relocalize(const Map& map, const PlaceMemory& places, const MappingCamera& camera,
                                        const SearchImage& image, uint64_t version) const {
   ViewLocalizerOptions options;
-  options.min_inliers = config_.min_inliers;
-  options.min_inlier_share = config_.min_inlier_share;
-  options.min_near_share = config_.min_near_share;
+  options.limits = config_.limits;
   options.seed = seed_;
   Search search(map, camera, options, image, version);
   if (!places.enabled()) return search.TakeResult();

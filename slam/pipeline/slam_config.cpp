@@ -35,9 +35,9 @@ void MappingConfig::Read(ConfigReader& reader) {
 void RelocalizationConfig::Read(ConfigReader& reader) {
   reader.Number("candidates", &candidates, 1, 1000);
   reader.Number("exhaustive_candidates", &exhaustive_candidates, 0, 1000);
-  reader.Number("min_inliers", &min_inliers, 10, 10000);
-  reader.Number("min_inlier_share", &min_inlier_share, 0.0, 1.0);
-  reader.Number("min_near_share", &min_near_share, 0.0, 1.0);
+  reader.Number("min_inliers", &limits.min_inliers, 10, 10000);
+  reader.Number("min_inlier_share", &limits.min_inlier_share, 0.0, 1.0);
+  reader.Number("min_near_share", &limits.min_near_share, 0.0, 1.0);
   reader.Number("max_uncertainty", &max_uncertainty, 0.0, 1000.0);
   reader.Number("max_rival_share", &max_rival_share, 0.0, 1.0);
 }

@@ -6,6 +6,7 @@
 #include "slam/common/fwd.h"
 #include "slam/features/orb_extractor.h"
 #include "slam/features/stereo_matcher.h"
+#include "slam/pipeline/agreement.h"
 #include "slam/place/place_config.h"
 #include "slam/semantics/segmentation_config.h"
 #include "slam/semantics/semantics_config.h"
@@ -58,11 +59,8 @@ struct RelocalizationConfig {
   // instead of those of equal vocabulary nodes.
   int candidates = 10;
   int exhaustive_candidates = 3;
-  // Points that must agree with the pose, also as a share of those that should be in sight.
-  int min_inliers = 50;
-  double min_inlier_share = 0.1;
-  // And of those that are near, where depth is measured.
-  double min_near_share = 0.1;
+  // Points that must agree with the pose.
+  AgreementLimits limits;
   // Where a vehicle is looked for that was not there a moment ago (Relocalize, sessions in stored maps): how
   // uncertain its position may be, one standard deviation as a share of the depth of what it sees; and how
   // many of the best place's inliers another place may have.

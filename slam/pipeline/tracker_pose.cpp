@@ -152,9 +152,7 @@ bool Tracker::TrackFromKeyFrame(const ViewKeyFrame& keyframe, TrackedFrame* fram
 
 std::optional<ViewFix> Tracker::FindNearby(const TrackedFrame& frame) const {
   ViewLocalizerOptions options;
-  options.min_inliers = config_.relocalization.min_inliers;
-  options.min_inlier_share = config_.relocalization.min_inlier_share;
-  options.min_near_share = config_.relocalization.min_near_share;
+  options.limits = config_.relocalization.limits;
   options.seed = static_cast<uint32_t>(config_.seed);
   std::optional<ViewFix> best;
   for (const ViewKeyFrame& keyframe : view_->keyframes) {

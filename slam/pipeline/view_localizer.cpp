@@ -12,11 +12,6 @@ namespace {
 constexpr float kRoughRadius = 10;
 constexpr float kGoodRadius = 4;
 
-bool IsEnough(const ViewLocalizerOptions& options, const Agreement& agreement) {
-  return agreement.inliers >= options.min_inliers && agreement.Share() >= options.min_inlier_share &&
-         agreement.NearShare() >= options.min_near_share;
-}
-
 // One image on its way through the stages.
 class Localizer {
  public:
@@ -70,7 +65,7 @@ class Localizer {
   ViewLocalization Judge(const ViewLocalizerOptions& options) const {
     ViewLocalization result;
     result.agreement = fix_.agreement;
-    if (IsEnough(options, fix_.agreement)) {
+    if (options.limits.Admit(fix_.agreement)) {
       result.fix = fix_;
     } else {
       result.failure = LocalizationFailure::kTooFewInliers;

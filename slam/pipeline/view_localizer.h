@@ -32,12 +32,7 @@ struct ViewLocalization {
 struct ViewLocalizerOptions {
   int min_matches = 15;
   int min_pose_inliers = 10;
-  int min_inliers = 50;
-  // Of the points that should be in sight. Streets repeat themselves: a shop sign or a row of windows alone
-  // gives tens of inliers and a fine pose, but nothing around it fits.
-  double min_inlier_share = 0.1;
-  // The same of those that are near, where that is known: far points fit poses that are metres apart.
-  double min_near_share = 0.1;
+  AgreementLimits limits;
   uint32_t seed = 1;
 };
 

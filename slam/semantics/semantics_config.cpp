@@ -23,6 +23,7 @@ void SemanticsConfig::Read(ConfigReader& reader) {
   reader.Flag("enabled", &enabled);
   reader.Number("min_confidence", &min_confidence, 0.0, 1.0);
   reader.Number("sky_rim_px", &sky_rim_px, 0.0, 20.0);
+  reader.Number("class_rim_px", &class_rim_px, 0.0, 20.0);
   reader.Flag("votes", &votes);
   reader.Flag("filter_inactive", &filter_inactive);
   reader.TextList("inactive_classes", &inactive_classes, kSemanticClassCount);

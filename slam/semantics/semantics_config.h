@@ -22,6 +22,10 @@ struct SemanticsConfig {
   // corners on the rim are made by what stands before the sky, and are as good as any. 0: it is taken for
   // sky, as in the paper.
   double sky_rim_px = 3.0;
+  // A corner with another class within so many pixels (of its pyramid level) matches points of both without
+  // penalty: half a pixel decides which of the two it gets. 0: it has the class of its pixel alone, as in the
+  // paper.
+  double class_rim_px = 0.0;
   // A point's class is what it was seen as most often; false: what it was seen as first.
   bool votes = true;
   // Points of inactive classes take no part in tracking, mapping, loops and relocalization.

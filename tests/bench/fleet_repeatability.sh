@@ -5,29 +5,13 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
-bin=build/${1:-release}/bin
+preset=${1:-release}
 data=${SEMMAP_SHARED:-../shared}/data/sequences
 if [[ ! -d $data ]]; then
   echo "no recorded sequences at $data: nothing to drive" >&2
   exit 0
 fi
-work=$(mktemp -d)
-server=
-stop_server() { [[ -z $server ]] || { kill "$server" && wait "$server"; } 2>/dev/null || true; server=; }
-trap 'stop_server; rm -rf "$work"' EXIT
-
-start_server() {
-  "$bin/semmapd" --config config/semmapd-deterministic.yaml --data "$work/store" --listen 127.0.0.1:0 \
-    >"$work/server.out" 2>>"$work/server.log" &
-  server=$!
-  for _ in $(seq 100); do
-    address=$(sed -n 's/^listening on //p' "$work/server.out")
-    [[ -n $address ]] && return
-    sleep 0.1
-  done
-  echo "the server did not start" >&2
-  exit 1
-}
+. tests/bench/with_server.sh
 
 drive() {  # prefix name source sensor
   "$bin/semmap" drive --server "$address" --source "$3:$data/$2" --sensor "$4" --mode map --map "$1-$2-$4" --vehicle "$2-$4" \
@@ -35,16 +19,20 @@ drive() {  # prefix name source sensor
 }
 
 drives=("kitti06_stereo51 kitti stereo" "kitti06_stereo51 kitti mono" "kitti00_mono200 kitti mono" "rgbd_kitchen200 tum rgbd")
-start_server
-for entry in "${drives[@]}"; do drive alone $entry; done
+start_server config/semmapd-deterministic.yaml
+for entry in "${drives[@]}"; do
+  read -ra words <<<"$entry"
+  drive alone "${words[@]}"
+done
 jobs=()
 for entry in "${drives[@]}"; do
-  drive together $entry &
+  read -ra words <<<"$entry"
+  drive together "${words[@]}" &
   jobs+=($!)
 done
 for job in "${jobs[@]}"; do wait "$job"; done
 stop_server
-start_server
+start_server config/semmapd-deterministic.yaml
 "$bin/semmap" maps --server "$address"
 
 failed=0

@@ -24,29 +24,8 @@ while (($#)); do
   esac
 done
 
-bin=build/$preset/bin
+. tests/bench/with_server.sh
 data=${SEMMAP_SHARED:-../shared}/data/sequences
-work=$(mktemp -d)
-server_pid=
-stop_server() {
-  [[ -n $server_pid ]] && kill "$server_pid" 2>/dev/null && wait "$server_pid" || true
-  server_pid=
-}
-trap 'stop_server; rm -rf "$work"' EXIT
-
-start_server() {
-  : >"$work/server.out"
-  "$bin/semmapd" --config "$config" --data "$work/store" --listen 127.0.0.1:0 >"$work/server.out" 2>>"$work/server.log" &
-  server_pid=$!
-  for _ in $(seq 100); do
-    address=$(sed -n 's/^listening on //p' "$work/server.out")
-    [[ -n $address ]] && return
-    sleep 0.1
-  done
-  echo "the server did not start" >&2
-  cat "$work/server.log" >&2
-  exit 1
-}
 
 make_map() {  # name source sensor
   "$bin/semmap" drive --server "$address" --source "kitti:$2" --sensor "$3" --mode map --map "$1" --vehicle mapper --json \
@@ -85,16 +64,7 @@ every_other() {  # source target first
   return 0
 }
 
-draw() {  # folder, then arguments of the drive
-  local folder=$1
-  shift
-  [[ -f $folder/times.txt ]] && return
-  printf 'frames_per_second: 10\n' >"$work/rig.yaml"
-  "$bin/semmap" town drive --seed 1 --vehicles 20 --pedestrians 10 --grey --no-class --no-depth --rig "$work/rig.yaml" \
-    --output "$folder" "$@" >&2
-}
-
-start_server
+start_server "$config"
 if [[ -d $data/kitti00_mono200 ]]; then
   every_other "$data/kitti00_mono200" "$work/even" 0
   every_other "$data/kitti00_mono200" "$work/odd" 1
@@ -103,16 +73,17 @@ if [[ -d $data/kitti00_mono200 ]]; then
     --query-truth "$work/odd/poses.txt" --with-scale)
   ask "kitti00, odd frames" "${kitti[@]}" --answers "$work/before.json"
   stop_server
-  start_server
+  start_server "$config"
   ask "after a restart" "${kitti[@]}" --compare "$work/before.json"
 fi
 if [[ -n $town ]]; then
-  draw "$town/map_r2" --route 2 --traffic-seed 1 --stereo --weather noon
-  draw "$town/q_noon" --route 2 --traffic-seed 7 --stereo --weather noon
-  draw "$town/q_else" --route 3 --traffic-seed 9 --weather noon
-  draw "$town/q_overcast" --route 2 --traffic-seed 8 --stereo --weather overcast
-  draw "$town/q_dusk" --route 2 --traffic-seed 10 --weather dusk
-  draw "$town/q_back" --route 2-back --traffic-seed 11 --weather noon
+  traffic=(--vehicles 20 --pedestrians 10)
+  draw "$town/map_r2" --route 2 "${traffic[@]}" --traffic-seed 1 --stereo --weather noon
+  draw "$town/q_noon" --route 2 "${traffic[@]}" --traffic-seed 7 --stereo --weather noon
+  draw "$town/q_else" --route 3 "${traffic[@]}" --traffic-seed 9 --weather noon
+  draw "$town/q_overcast" --route 2 "${traffic[@]}" --traffic-seed 8 --stereo --weather overcast
+  draw "$town/q_dusk" --route 2 "${traffic[@]}" --traffic-seed 10 --weather dusk
+  draw "$town/q_back" --route 2-back "${traffic[@]}" --traffic-seed 11 --weather noon
   make_map town "$town/map_r2" stereo
   truth=(--map-times "$town/map_r2/times.txt" --map-truth "$town/map_r2/poses_town.txt")
   of() { echo --query "kitti:$town/q_$1" --query-truth "$town/q_$1/poses_town.txt"; }

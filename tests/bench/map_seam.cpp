@@ -20,6 +20,7 @@ struct SeamOptions {
   std::string second_truth;
   std::string second_times;
   double near_m = 3;
+  bool with_scale = false;
 };
 
 struct Drive {
@@ -50,7 +51,7 @@ void PrintAte(const char* name, const Drive& drive, const Sim3& truth_from_map) 
 
 // For each frame of the second drive that was taken near one of the first: how wrong the map's step between
 // the two is.
-std::vector<double> SeamErrors(const Drive& first, const Drive& second, double near_m) {
+std::vector<double> SeamErrors(const Drive& first, const Drive& second, double near_m, double scale) {
   std::vector<double> errors;
   for (const PosePair& there : second.pairs) {
     const PosePair* nearest = nullptr;
@@ -64,7 +65,7 @@ std::vector<double> SeamErrors(const Drive& first, const Drive& second, double n
     if (nearest == nullptr) continue;
     const SE3 true_step = nearest->reference.Inverse() * there.reference;
     const SE3 mapped_step = nearest->estimate.Inverse() * there.estimate;
-    errors.push_back((mapped_step.translation() - true_step.translation()).norm());
+    errors.push_back((scale * mapped_step.translation() - true_step.translation()).norm());
   }
   return errors;
 }
@@ -76,12 +77,13 @@ absl::Status Run(const SeamOptions& options) {
                           ReadDrive(options.second, options.second_truth, options.second_times));
   std::vector<PosePair> all = first.pairs;
   all.insert(all.end(), second.pairs.begin(), second.pairs.end());
-  SEMMAP_ASSIGN_OR_RETURN(const Sim3 truth_from_map, AlignTrajectory(all, Alignment::kSe3));
+  const Alignment alignment = options.with_scale ? Alignment::kSim3 : Alignment::kSe3;
+  SEMMAP_ASSIGN_OR_RETURN(const Sim3 truth_from_map, AlignTrajectory(all, alignment));
   PrintAte("first, aligned together", first, truth_from_map);
   PrintAte("second", second, truth_from_map);
-  SEMMAP_ASSIGN_OR_RETURN(const Sim3 truth_from_first, AlignTrajectory(first.pairs, Alignment::kSe3));
+  SEMMAP_ASSIGN_OR_RETURN(const Sim3 truth_from_first, AlignTrajectory(first.pairs, alignment));
   PrintAte("second, by the first", second, truth_from_first);
-  const std::vector<double> errors = SeamErrors(first, second, options.near_m);
+  const std::vector<double> errors = SeamErrors(first, second, options.near_m, truth_from_map.scale);
   if (errors.empty()) return absl::FailedPreconditionError("the drives have no place in common");
   const ErrorStatistics seam = Summarize(errors);
   absl::PrintF(
@@ -96,7 +98,7 @@ absl::Status Run(const SeamOptions& options) {
 
 int main(int argc, char** argv) {
   semmap::bench::SeamOptions options;
-  CLI::App app("Seam of a map that two vehicles made, in metric units, against the truth");
+  CLI::App app("Seam of a map that two vehicles made, in metres, against the truth");
   app.add_option("--first", options.first, "Trajectory of one vehicle in the map (TUM)")->required();
   app.add_option("--first-truth", options.first_truth, "Its true poses (KITTI), in a frame that both share")
       ->required();
@@ -104,6 +106,7 @@ int main(int argc, char** argv) {
   app.add_option("--second", options.second, "The same of the other vehicle")->required();
   app.add_option("--second-truth", options.second_truth)->required();
   app.add_option("--second-times", options.second_times)->required();
+  app.add_flag("--with-scale", options.with_scale, "The map's unit is not known (one camera): fit it too");
   app.add_option("--near", options.near_m,
                  "Frames of both that are at most so far apart are compared, metres");
   return semmap::bench::RunMain(app, "map_seam", argc, argv,

@@ -25,19 +25,8 @@ if [[ ! -d $data ]]; then
   echo "no recorded sequences at $data: nothing to drive" >&2
   exit 0
 fi
-bin=build/$preset/bin
-work=$(mktemp -d)
-server_pid=
-trap '[[ -n $server_pid ]] && kill "$server_pid" 2>/dev/null; wait; rm -rf "$work"' EXIT
-
-"$bin/semmapd" --config "$config" --data "$work/store" --listen 127.0.0.1:0 >"$work/server.out" 2>"$work/server.log" &
-server_pid=$!
-for _ in $(seq 100); do
-  address=$(sed -n 's/^listening on //p' "$work/server.out")
-  [[ -n $address ]] && break
-  sleep 0.1
-done
-[[ -n $address ]] || { echo "the server did not start" >&2; cat "$work/server.log" >&2; exit 1; }
+. tests/bench/with_server.sh
+start_server "$config"
 
 # name  source  sensor  alignment  reference format  reference
 sequences=(

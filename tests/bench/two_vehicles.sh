@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Two vehicles drive overlapping parts of the town's route `loop` at once and extend one map, in stereo, each among
-# traffic of its own: tests/bench/two_vehicles.sh --town DIR [--preset NAME] [--overlap FRAMES]
+# Two vehicles drive overlapping parts of the town's route `loop` at once and extend one map, each among traffic of its
+# own: tests/bench/two_vehicles.sh --town DIR [--sensor stereo|mono] [--preset NAME] [--overlap FRAMES]
 # DIR holds the drives; those that are missing are drawn first (ten minutes on a quiet machine). The map begins with the
 # first seconds of the first drive. One vehicle goes on from there; the other begins where nobody has been, maps a piece
 # of its own, and is joined to the map at the place that both have seen. Prints how well the one map fits the truth, and
@@ -11,28 +11,19 @@ cd "$(dirname "$0")/../.."
 town=
 preset=release
 overlap=200
+sensor=stereo
 while (($#)); do
   case $1 in
     --town) town=$2; shift 2 ;;
     --preset) preset=$2; shift 2 ;;
+    --sensor) sensor=$2; shift 2 ;;
     --overlap) overlap=$2; shift 2 ;;
     *) echo "unknown argument $1" >&2; exit 2 ;;
   esac
 done
 [[ -n $town ]] || { echo "--town DIR is missing" >&2; exit 2; }
 
-bin=build/$preset/bin
-work=$(mktemp -d)
-server=
-stop_server() { [[ -z $server ]] || { kill "$server" && wait "$server"; } 2>/dev/null || true; server=; }
-trap 'stop_server; rm -rf "$work"' EXIT
-
-draw() {  # folder seed-of-traffic
-  [[ -f $1/times.txt ]] && return
-  printf 'frames_per_second: 10\n' >"$work/rig.yaml"
-  "$bin/semmap" town drive --seed 1 --route loop --stereo --grey --no-class --no-depth --rig "$work/rig.yaml" \
-    --traffic-seed "$2" --output "$1" >&2
-}
+. tests/bench/with_server.sh
 
 part() {  # source target first last
   mkdir -p "$2"/image_{0,1}
@@ -48,7 +39,7 @@ part() {  # source target first last
 }
 
 drive() {  # part mode vehicle
-  "$bin/semmap" drive --server "$address" --source "kitti:$work/$1" --sensor stereo --mode "$2" --map town --vehicle "$3" \
+  "$bin/semmap" drive --server "$address" --source "kitti:$work/$1" --sensor "$sensor" --mode "$2" --map town --vehicle "$3" \
     --trajectory "$work/$3.txt" --format tum --json >"$work/$3.json"
 }
 
@@ -59,8 +50,7 @@ same_place() {  # line of the first truth, second truth
     END { print at }' "$2"
 }
 
-draw "$town/loop_21" 21
-draw "$town/loop_22" 22
+for traffic in 21 22; do draw "$town/loop_$traffic" --route loop --stereo --traffic-seed "$traffic"; done
 last=$(($(wc -l <"$town/loop_21/times.txt") - 1))
 middle=$((last / 2))
 begin=$(same_place "$(sed -n "$((middle - overlap / 2 + 1))p" "$town/loop_21/poses_town.txt")" "$town/loop_22/poses_town.txt")
@@ -70,15 +60,7 @@ part "$town/loop_21" "$work/seed" 0 30
 part "$town/loop_21" "$work/first" 31 $((middle + overlap / 2))
 part "$town/loop_22" "$work/second" "$begin" "$end"
 
-"$bin/semmapd" --config config/semmapd.yaml --data "$work/store" --listen 127.0.0.1:0 >"$work/server.out" 2>"$work/server.log" &
-server=$!
-for _ in $(seq 100); do
-  address=$(sed -n 's/^listening on //p' "$work/server.out")
-  [[ -n $address ]] && break
-  sleep 0.1
-done
-[[ -n $address ]] || { echo "the server did not start" >&2; exit 1; }
-
+start_server config/semmapd.yaml
 drive seed map seed
 drive first extend first &
 first=$!
@@ -87,5 +69,7 @@ wait "$first"
 grep -o 'own piece .*' "$work/server.log" || true
 "$bin/semmap" map check town --server "$address"
 "$bin/semmap" maps --server "$address"
-"$bin/map_seam" --first "$work/first.txt" --first-truth "$work/first/poses.txt" --first-times "$work/first/times.txt" \
+with_scale=()
+[[ $sensor == mono ]] && with_scale=(--with-scale)
+"$bin/map_seam" "${with_scale[@]}" --first "$work/first.txt" --first-truth "$work/first/poses.txt" --first-times "$work/first/times.txt" \
   --second "$work/second.txt" --second-truth "$work/second/poses.txt" --second-times "$work/second/times.txt"

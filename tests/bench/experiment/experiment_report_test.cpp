@@ -114,6 +114,10 @@ TEST(VariantTest, SwitchesOneByOne) {
   EXPECT_FALSE(FindVariant("perfect-first")->Configure(SlamConfig()).semantics.votes);
   EXPECT_TRUE(FindVariant("strict")->Configure(SlamConfig()).semantics.strict);
   EXPECT_EQ(FindVariant("perfect")->masks, MaskSource::kTruth);
+  SlamConfig rims;
+  rims.semantics.class_rim_px = 2;
+  EXPECT_EQ(FindVariant("paper")->Configure(rims).semantics.class_rim_px, 0);
+  EXPECT_EQ(FindVariant("semmap")->Configure(rims).semantics.class_rim_px, 2);
   EXPECT_EQ(paper.sky_rim_px, 0);
   EXPECT_GT(FindVariant("perfect-semmap")->Configure(SlamConfig()).semantics.sky_rim_px, 0);
   EXPECT_EQ(FindVariant("nonsense"), nullptr);

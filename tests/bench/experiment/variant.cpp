@@ -14,7 +14,7 @@ std::vector<Variant> MakeVariants() {
   };
   add("paper", "all parts", true, true, true, false);
   add("semmap", "all parts, and corners on the rim of the sky are no sky", true, true, true, false);
-  variants[variants.size() - 2].sky_rim = variants.back().sky_rim = true;
+  variants[variants.size() - 2].rims = variants.back().rims = true;
   add("filter", "inactive points alone", true, true, false, false);
   add("penalty", "association alone", true, false, true, false);
   add("first", "first label instead of votes", false, true, true, false);
@@ -29,7 +29,7 @@ SlamConfig Variant::Configure(SlamConfig base) const {
   base.semantics.enabled = masks != MaskSource::kNone;
   base.semantics.votes = votes;
   base.semantics.filter_inactive = filter;
-  if (!sky_rim) base.semantics.sky_rim_px = 0;
+  if (!rims) base.semantics.sky_rim_px = base.semantics.class_rim_px = 0;
   if (!penalty) base.semantics.penalty = 0;
   base.semantics.strict = strict;
   return base;

@@ -19,7 +19,7 @@ struct Variant {
   bool filter = true;
   bool penalty = true;
   bool strict = false;
-  bool sky_rim = false;  // corners on the rim of the sky are no sky
+  bool rims = false;  // rules for corners on the rim of a class, beyond the paper
 
   // `base` with the switches set so; deterministic.
   SlamConfig Configure(SlamConfig base) const;

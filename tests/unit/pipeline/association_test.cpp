@@ -11,6 +11,13 @@ Descriptor WithBits(int count) {
   return descriptor;
 }
 
+Keypoint OfClass(uint8_t semantic_class, uint8_t beside = kUnknownClass) {
+  Keypoint keypoint;
+  keypoint.semantic_class = semantic_class;
+  keypoint.class_beside = beside;
+  return keypoint;
+}
+
 class AssociationTest : public ::testing::Test {
  protected:
   void Add(float x, float y, int octave, int bits, uint8_t semantic_class = kUnknownClass) {
@@ -69,12 +76,23 @@ TEST_F(AssociationTest, AnotherClassLosesAgainstTheOwn) {
 TEST(AssociationRuleTest, DifferentKnownClassesAreHalfAsFarAgain) {
   const AssociationRule rule((SemanticsConfig()));
   const Descriptor zero;
-  EXPECT_EQ(rule.Distance(zero, 1, WithBits(40), 1), 40);
-  EXPECT_EQ(rule.Distance(zero, 1, WithBits(40), 10), 60);
-  EXPECT_EQ(rule.Distance(zero, 1, WithBits(40), kUnknownClass), 40);
-  EXPECT_EQ(rule.Distance(zero, kUnknownClass, WithBits(40), 10), 40);
+  EXPECT_EQ(rule.Distance(zero, 1, WithBits(40), OfClass(1)), 40);
+  EXPECT_EQ(rule.Distance(zero, 1, WithBits(40), OfClass(10)), 60);
+  EXPECT_EQ(rule.Distance(zero, 1, WithBits(40), OfClass(kUnknownClass)), 40);
+  EXPECT_EQ(rule.Distance(zero, kUnknownClass, WithBits(40), OfClass(10)), 40);
   EXPECT_TRUE(rule.Matters(1));
   EXPECT_FALSE(rule.Matters(kUnknownClass));
+}
+
+TEST(AssociationRuleTest, WhereTwoClassesMeetEitherMatches) {
+  const AssociationRule rule((SemanticsConfig()));
+  const Descriptor zero;
+  EXPECT_EQ(rule.Distance(zero, 1, WithBits(40), OfClass(10, 1)), 40);
+  EXPECT_EQ(rule.Distance(zero, 1, WithBits(40), OfClass(10, 7)), 60);
+  EXPECT_EQ(rule.Distance(zero, OfClass(1, 7), WithBits(40), OfClass(7)), 40);
+  EXPECT_EQ(rule.Distance(zero, OfClass(1, 7), WithBits(40), OfClass(10, 7)), 40);
+  EXPECT_EQ(rule.Distance(zero, OfClass(1, 7), WithBits(40), OfClass(10)), 60);
+  EXPECT_EQ(rule.Distance(zero, OfClass(1), WithBits(40), OfClass(10, 1)), 40);
 }
 
 TEST(AssociationRuleTest, StrictNeverMatchesAcrossClasses) {
@@ -83,8 +101,8 @@ TEST(AssociationRuleTest, StrictNeverMatchesAcrossClasses) {
   config.penalty = 0;
   const AssociationRule rule(config);
   const Descriptor zero;
-  EXPECT_EQ(rule.Distance(zero, 1, zero, 10), kNoDistance);
-  EXPECT_EQ(rule.Distance(zero, 1, zero, 1), 0);
+  EXPECT_EQ(rule.Distance(zero, 1, zero, OfClass(10)), kNoDistance);
+  EXPECT_EQ(rule.Distance(zero, 1, zero, OfClass(1)), 0);
   EXPECT_TRUE(rule.Matters(1));
 }
 
@@ -93,7 +111,7 @@ TEST(AssociationRuleTest, SwitchedOffClassesDoNotMatter) {
   config.strict = true;
   config.enabled = false;
   for (const AssociationRule& rule : {AssociationRule(config), AssociationRule()}) {
-    EXPECT_EQ(rule.Distance(Descriptor(), 1, WithBits(40), 10), 40);
+    EXPECT_EQ(rule.Distance(Descriptor(), 1, WithBits(40), OfClass(10)), 40);
     EXPECT_FALSE(rule.Matters(1));
   }
 }

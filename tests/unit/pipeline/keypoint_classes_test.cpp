@@ -44,6 +44,19 @@ TEST(KeypointClasses, ACornerOnTheRimOfTheSkyBelongsToWhatStandsBeforeIt) {
   EXPECT_EQ(Classify(config, 52, 0).semantic_class, kSky);
 }
 
+TEST(KeypointClasses, ACornerWhereTwoClassesMeetKnowsBoth) {
+  SemanticsConfig config;
+  config.sky_rim_px = 0;
+  config.class_rim_px = 2;
+  EXPECT_EQ(Classify(config, 48.6F, 0).semantic_class, kBuilding);
+  EXPECT_EQ(Classify(config, 48.6F, 0).class_beside, kSky);
+  EXPECT_EQ(Classify(config, 51, 0).class_beside, kBuilding);
+  EXPECT_EQ(Classify(config, 46, 0).class_beside, kUnknownClass);
+  EXPECT_EQ(Classify(config, 46, 1).class_beside, kSky);
+  config.class_rim_px = 0;
+  EXPECT_EQ(Classify(config, 48.6F, 0).class_beside, kUnknownClass);
+}
+
 TEST(KeypointClasses, UnsureOnesHaveNoClass) {
   SemanticsConfig config;
   config.min_confidence = 0.5;

@@ -34,12 +34,13 @@ TEST(SemanticsConfigTest, EitherSwitchLeavesEveryPointActive) {
 TEST(SemanticsConfigTest, ReadsEveryKey) {
   SemanticsConfig config;
   const absl::Status status = ReadText(
-      "enabled: true\nmin_confidence: 0.25\nsky_rim_px: 5\nvotes: false\nfilter_inactive: true\n"
+      "enabled: true\nmin_confidence: 0.25\nsky_rim_px: 5\nclass_rim_px: 2\nvotes: false\nfilter_inactive: true\n"
       "inactive_classes: [sky, Vehicles]\npenalty: 1.5\nstrict: true\n",
       &config);
   ASSERT_TRUE(status.ok()) << status;
   EXPECT_EQ(config.min_confidence, 0.25);
   EXPECT_EQ(config.sky_rim_px, 5);
+  EXPECT_EQ(config.class_rim_px, 2);
   EXPECT_FALSE(config.PointPolicy().majority);
   EXPECT_TRUE(config.InactiveClasses().Contains(13));
   EXPECT_TRUE(config.InactiveClasses().Contains(10));

@@ -35,6 +35,7 @@ TEST(ServerConfig, TheDocumentedFileSaysTheDefaults) {
   EXPECT_EQ(config->server.max_sessions, defaults.max_sessions);
   EXPECT_EQ(config->server.max_image_pixels, defaults.max_image_pixels);
   EXPECT_EQ(config->server.resume_timeout_s, defaults.resume_timeout_s);
+  EXPECT_EQ(config->storage.keyframe_keypoints, storage::StorageConfig().keyframe_keypoints);
   EXPECT_EQ(config->slam.orb.features, SlamConfig().orb.features);
   const SlamConfig slam;
   EXPECT_EQ(config->slam.stereo.max_depth_in_baselines, slam.stereo.max_depth_in_baselines);
@@ -44,7 +45,7 @@ TEST(ServerConfig, TheDocumentedFileSaysTheDefaults) {
   EXPECT_EQ(config->slam.mapping.queue, slam.mapping.queue);
   EXPECT_EQ(config->slam.mapping.neighbours_to_triangulate, slam.mapping.neighbours_to_triangulate);
   EXPECT_EQ(config->slam.place.query.max_postings, slam.place.query.max_postings);
-  EXPECT_EQ(config->slam.relocalization.min_inliers, slam.relocalization.min_inliers);
+  EXPECT_EQ(config->slam.relocalization.limits.min_inliers, slam.relocalization.limits.min_inliers);
   EXPECT_EQ(config->slam.loop.consistency, slam.loop.consistency);
   EXPECT_EQ(config->slam.loop.full_iterations, slam.loop.full_iterations);
   EXPECT_EQ(config->slam.segmentation.mode, slam.segmentation.mode);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -269,6 +270,59 @@ TEST(AppearanceCodec, RoundTripAndDamage) {
     MapPointRecord ignored;
     return DecodeAppearance(bytes, &ignored);
   });
+}
+
+TEST(AppearanceCodec, KeepsDirectionAndDistances) {
+  std::mt19937 random(5);
+  std::normal_distribution<float> normal(0, 1);
+  std::uniform_real_distribution<float> doublings(-20, 20);
+  for (int i = 0; i < 10000; ++i) {
+    MapPointRecord point = PointAt(5, {1, 2, 3});
+    point.normal = Eigen::Vector3f(normal(random), normal(random), normal(random)).normalized();
+    if (i % 10 == 0) point.normal = Eigen::Vector3i(0, i % 20 - 5, i % 30 - 15).cast<float>().normalized();
+    point.min_distance = std::exp2(doublings(random));
+    point.max_distance = 3.5F * point.min_distance;
+    const MapPointRecord stored = AsStored(point);
+    EXPECT_LT((stored.normal - point.normal).norm(), 1e-4F) << point.normal.transpose();
+    EXPECT_NEAR(stored.min_distance / point.min_distance, 1, 4e-4);
+    EXPECT_NEAR(stored.max_distance / point.max_distance, 1, 4e-4);
+    EXPECT_TRUE(SamePoint(AsStored(stored), stored)) << point.normal.transpose();
+  }
+}
+
+TEST(AppearanceCodec, KeepsThatThereIsNoDirectionOrDistance) {
+  MapPointRecord point = PointAt(5, {1, 2, 3});
+  point.normal.setZero();
+  point.min_distance = 0;
+  point.max_distance = -1;
+  const MapPointRecord stored = AsStored(point);
+  EXPECT_TRUE(stored.normal.isZero());
+  EXPECT_EQ(stored.min_distance, 0);
+  EXPECT_EQ(stored.max_distance, 0);
+  point.normal.setConstant(std::numeric_limits<float>::max());
+  point.max_distance = std::numeric_limits<float>::max();
+  EXPECT_TRUE(AsStored(point).normal.allFinite());
+  EXPECT_TRUE(std::isfinite(AsStored(point).max_distance));
+}
+
+TEST(AppearanceCodec, ReadsTheFloatsOfFormatOne) {
+  const std::array<float, 5> floats = {0.6F, -0.8F, 0.0F, 1.7F, 23.4F};
+  ByteWriter out;
+  out.Put(uint8_t{1});
+  out.PutArray(std::span<const float>(floats));
+  const Descriptor descriptor{{1, 2, 3, 4}};
+  out.PutArray(std::span<const uint64_t>(descriptor.words));
+  out.PutVarint(1);
+  out.Put(uint8_t{7});
+  out.PutVarint(300);
+  MapPointRecord decoded;
+  ASSERT_TRUE(DecodeAppearance(out.view(), &decoded).ok());
+  EXPECT_EQ(decoded.normal, Eigen::Vector3f(0.6F, -0.8F, 0.0F));
+  EXPECT_EQ(decoded.min_distance, 1.7F);
+  EXPECT_EQ(decoded.max_distance, 23.4F);
+  EXPECT_EQ(decoded.descriptor, descriptor);
+  ASSERT_EQ(decoded.votes.size(), 1U);
+  EXPECT_EQ(decoded.votes.front().count, 300U);
 }
 
 TEST(GeometryCodec, PoseRoundTripIsExact) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "slam/map/map_delta.h"
+#include "storage/appearance_codec.h"
 #include "storage/feature_codec.h"
 
 namespace semmap::storage {
@@ -114,7 +115,7 @@ class DeltaGenerator {
     point.reference_keyframe = keyframe.id;
     point.first_seen = point.last_seen = keyframe.timestamp;
     Vote(&point);
-    model_.points[point.id.value()] = point;
+    model_.points[point.id.value()] = AsStored(point);
     return point.id;
   }
 

@@ -92,8 +92,8 @@ TEST_F(MapLoaderTest, PointsAreAsTheyWere) {
     EXPECT_EQ(point->position_in_map, expected.position_in_map);
     EXPECT_EQ(point->descriptor, expected.descriptor);
     EXPECT_LT((point->normal - expected.normal).norm(), 1e-3F) << "stored in fewer bits";
-    EXPECT_EQ(point->min_distance, expected.min_distance);
-    EXPECT_EQ(point->max_distance, expected.max_distance);
+    EXPECT_NEAR(point->min_distance / expected.min_distance, 1, 1e-3) << "likewise";
+    EXPECT_NEAR(point->max_distance / expected.max_distance, 1, 1e-3);
     EXPECT_EQ(point->reference_keyframe, expected.reference_keyframe);
     EXPECT_EQ(point->observations.size(), expected.observations.size());
   }

@@ -150,7 +150,7 @@ TEST_F(SqliteDamage, UndecodableBlobsAreDataLossAndFindings) {
       {"UPDATE keyframes SET keypoint_count = keypoint_count + 1", "undecodable", keyframe},
       {"UPDATE keyframes SET map_from_camera = zeroblob(56)", "undecodable", keyframe},
       {"UPDATE keyframe_observations SET observations = x'01FFFFFFFF0F'", "undecodable", observations},
-      {"UPDATE points SET appearance = CAST(x'02' || substr(appearance, 2) AS BLOB)", "undecodable", points},
+      {"UPDATE points SET appearance = CAST(x'7F' || substr(appearance, 2) AS BLOB)", "undecodable", points},
       {"UPDATE points SET semantic_class = 256", "undecodable", points},
       {"UPDATE frames SET keyframe_from_camera = zeroblob(56)", "undecodable", trajectory},
       {"UPDATE maps SET rig = x'00'", "undecodable", map},

@@ -10,6 +10,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "slam/map/map_delta.h"
+#include "storage/appearance_codec.h"
 #include "storage/feature_codec.h"
 #include "storage/map_store.h"
 #include "tests/support/temporary_directory.h"
@@ -81,7 +82,7 @@ inline MapPointRecord PointAt(uint64_t id, const Eigen::Vector3d& position, uint
   point.semantic_class = semantic_class;
   point.class_confidence = 0.75F;
   point.votes = {{semantic_class, 3}, {1, 1}};
-  return point;
+  return AsStored(std::move(point));
 }
 
 // --- Comparison to the last bit
