@@ -20,8 +20,9 @@ struct StorageConfig {
   // Connections that read at the same time; further readers wait for busy_timeout_ms. 1 to 64.
   int max_readers = 8;
   // Keypoints stored of a keyframe, 0 to 65535: those that see a map point, however many, and others up to
-  // this number. Fewer make maps smaller, and places a little harder to recognize.
-  int keyframe_keypoints = 760;
+  // this number. Fewer make maps smaller, and places a little harder to recognize. With 740 what is left of a
+  // keyframe's features beyond whole pages of the database is under half a page, so that two share one.
+  int keyframe_keypoints = 740;
 
   void Read(ConfigReader& reader);
 };
