@@ -16,9 +16,7 @@ constexpr float kStepsPerDoubling = 1024;
 
 using PackedNormal = std::array<int16_t, 2>;
 
-int16_t Rounded(float value) {
-  return static_cast<int16_t>(std::lround(std::clamp(value, -kEdge, kEdge)));
-}
+int16_t Rounded(float value) { return static_cast<int16_t>(std::lround(std::clamp(value, -kEdge, kEdge))); }
 
 PackedNormal PackNormal(const Eigen::Vector3f& normal) {
   const float length = normal.lpNorm<1>();

@@ -25,8 +25,8 @@ struct Keypoint {
   // from the point it shows. The store does not keep the latter.
   uint8_t semantic_class = kUnknownClass;
   uint8_t class_confidence = 255;
-  // Another class that begins within a few pixels: half a pixel decides which of the two such a corner gets. Not
-  // stored.
+  // Another class that begins within a few pixels: half a pixel decides which of the two such a corner gets.
+  // Not stored.
   uint8_t class_beside = kUnknownClass;
 
   bool HasDepth() const { return depth > 0; }

@@ -38,8 +38,9 @@ class AssociationRule {
   int Distance(const Descriptor& a, const Keypoint& keypoint_a, const Descriptor& b,
                const Keypoint& keypoint_b) const {
     const int distance = HammingDistance(a, b);
-    const bool differ = Differ(keypoint_a.semantic_class, keypoint_b) &&
-                        (keypoint_a.class_beside == kUnknownClass || Differ(keypoint_a.class_beside, keypoint_b));
+    const bool differ =
+        Differ(keypoint_a.semantic_class, keypoint_b) &&
+        (keypoint_a.class_beside == kUnknownClass || Differ(keypoint_a.class_beside, keypoint_b));
     return differ ? OfDifferent(distance) : distance;
   }
   // False when all pairs with this class are measured by their descriptors alone.
@@ -105,8 +106,8 @@ WindowMatch FindInWindow(const AssociationRule& rule, const SearchImage& image, 
       const float error = keypoint.right_x - query.right_x;
       if (error > query.radius || error < -query.radius) return;
     }
-    const int distance = rule.Distance(*query.descriptor, query.semantic_class,
-                                       image.features.descriptors[index], keypoint);
+    const int distance =
+        rule.Distance(*query.descriptor, query.semantic_class, image.features.descriptors[index], keypoint);
     if (distance < match.distance) {
       match.second_distance = match.distance;
       match.second_octave = match.octave;

@@ -34,7 +34,8 @@ TEST(SemanticsConfigTest, EitherSwitchLeavesEveryPointActive) {
 TEST(SemanticsConfigTest, ReadsEveryKey) {
   SemanticsConfig config;
   const absl::Status status = ReadText(
-      "enabled: true\nmin_confidence: 0.25\nsky_rim_px: 5\nclass_rim_px: 2\nvotes: false\nfilter_inactive: true\n"
+      "enabled: true\nmin_confidence: 0.25\nsky_rim_px: 5\nclass_rim_px: 2\nvotes: false\nfilter_inactive: "
+      "true\n"
       "inactive_classes: [sky, Vehicles]\npenalty: 1.5\nstrict: true\n",
       &config);
   ASSERT_TRUE(status.ok()) << status;
