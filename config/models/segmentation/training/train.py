@@ -269,11 +269,14 @@ def main() -> None:
     shares = [recipe.shares[name] for name in train_splits]
     sampler = Sampler(sets, shares, recipe.augmentation, recipe.common, options.seed)
     weights = torch.from_numpy(class_weights(sets, shares, recipe.class_power, recipe.class_limit)).float()
+    checkpoint = options.output / "checkpoint.pt"
+    resumes = options.resume and checkpoint.exists()
+    # A checkpoint has all weights: those of an export, and the batches that measure its statistics, would be for nothing.
     trainer = Trainer(recipe, sampler, weights, Schedule(recipe, options.steps, options.minutes), options.encoder_weights,
-                      options.start_from)
+                      None if resumes else options.start_from)
     trainer.bf16 = options.bf16
-    if options.resume and (options.output / "checkpoint.pt").exists():
-        trainer.restore(options.output / "checkpoint.pt")
+    if resumes:
+        trainer.restore(checkpoint)
     print(f"{recipe.architecture}: {count_parameters(trainer.model):,} parameters;",
           ", ".join(f"{pixels.split.name} {len(pixels.labels)}" for pixels in sets + held_out), flush=True)
     run(trainer, held_out, options.output, options)
