@@ -84,20 +84,21 @@ absl::StatusOr<v1::Operation> Operations::Start(v1::OperationKind kind,
   *metadata->mutable_create_time() = ToTimestamp(wall_clock_());
   entries_.emplace(number, entry);
   ForgetOldest();
-  threads_->Schedule([this, entry, work = std::move(work)] { Run(entry, work); });
+  threads_->Schedule(
+      [this, entry, work = std::move(work)]() mutable { Run(entry, std::exchange(work, nullptr)); });
   return Describe(*entry);
 }
 
-void Operations::Run(const std::shared_ptr<Entry>& entry, const Work& work) {
-  if (entry->progress.CancelRequested()) {
-    Finish(entry, absl::CancelledError("the operation was cancelled before it began"));
-    return;
-  }
-  Finish(entry, work(entry->progress));
+void Operations::Run(const std::shared_ptr<Entry>& entry, Work work) {
+  Result result = absl::CancelledError("the operation was cancelled before it began");
+  if (!entry->progress.CancelRequested()) result = work(entry->progress);
+  // What the work holds on to (maps that nobody else may use meanwhile) is free when the first one hears that
+  // it is done, and is not touched after the destructor.
+  work = nullptr;
+  Finish(entry, result);
 }
 
-void Operations::Finish(const std::shared_ptr<Entry>& entry,
-                        const absl::StatusOr<std::unique_ptr<google::protobuf::Message>>& result) {
+void Operations::Finish(const std::shared_ptr<Entry>& entry, const Result& result) {
   std::vector<Done> waiting;
   v1::Operation last;
   {

@@ -45,8 +45,10 @@ class OperationProgress {
 // Thread-safe.
 class Operations {
  public:
-  // Answers the response message of the operation, or why it failed.
-  using Work = std::function<absl::StatusOr<std::unique_ptr<google::protobuf::Message>>(OperationProgress&)>;
+  // The response message of the operation, or why it failed.
+  using Result = absl::StatusOr<std::unique_ptr<google::protobuf::Message>>;
+  // Is destroyed before the operation is told to be done, whether it was called or cancelled before.
+  using Work = std::function<Result(OperationProgress&)>;
   using Done = std::function<void(const v1::Operation&)>;
 
   // `threads` runs the work and outlives this.
@@ -80,9 +82,8 @@ class Operations {
     std::vector<Done> waiting;
   };
 
-  void Run(const std::shared_ptr<Entry>& entry, const Work& work);
-  void Finish(const std::shared_ptr<Entry>& entry,
-              const absl::StatusOr<std::unique_ptr<google::protobuf::Message>>& result);
+  void Run(const std::shared_ptr<Entry>& entry, Work work);
+  void Finish(const std::shared_ptr<Entry>& entry, const Result& result);
   void ForgetOldest() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<std::shared_ptr<Entry>> Find(const std::string& id) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

@@ -13,7 +13,7 @@
 // What the operations that make a stored map over (merge, optimize, prune) have in common.
 namespace semmap::server {
 
-using OperationResult = absl::StatusOr<std::unique_ptr<google::protobuf::Message>>;
+using OperationResult = Operations::Result;
 
 // Reports the part [begin, end] of an operation's work as it is done; false when the operation was cancelled.
 StepVisitor ReportPart(OperationProgress& progress, double begin, double end);

@@ -25,7 +25,7 @@ namespace semmap::server {
 namespace {
 
 // Where the parts of the work end, as shares of it.
-constexpr double kLoadedToMerge = 0.1;
+constexpr double kMergeLoaded = 0.1;
 constexpr double kFound = 0.5;
 constexpr double kFused = 0.6;
 constexpr double kAdjusted = 0.8;
@@ -136,7 +136,7 @@ OperationResult Merge(const ServiceContext& context, const MergeJob& job, Operat
   const PlaceMemory places = RememberPlaces(context, maps.map);
   SEMMAP_ASSIGN_OR_RETURN(const MapOverlap overlap,
                           FindOverlap(context.slam, camera, places, maps.map, last_of_target,
-                                      ReportPart(progress, kLoadedToMerge, kFound)));
+                                      ReportPart(progress, kMergeLoaded, kFound)));
   if (!overlap.IsSound(context.slam.merge)) return DoNotOverlap(overlap);
 
   progress.Enter("joining");

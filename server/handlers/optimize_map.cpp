@@ -18,7 +18,7 @@ namespace {
 constexpr int kMaxIterations = 1000;
 // Enough for what vehicles leave: the solver stops earlier when nothing is left to gain.
 constexpr int kDefaultIterations = 40;
-constexpr double kLoadedToOptimize = 0.2;
+constexpr double kOptimizeLoaded = 0.2;
 constexpr double kOptimized = 0.7;
 
 v1::OptimizeReport ReportOf(const OptimizeResult& result) {
@@ -35,7 +35,7 @@ OperationResult Optimize(const ServiceContext& context, storage::MapId map, int 
   const absl::Cleanup let_go = [hold] { hold->LetGo(); };
   progress.Enter("loading");
   SEMMAP_ASSIGN_OR_RETURN(storage::RestoredMap loaded, LoadWholeMap(context, map));
-  progress.Report(kLoadedToOptimize);
+  progress.Report(kOptimizeLoaded);
   progress.Enter("adjusting");
   const MappingCamera camera = CameraOf(context, loaded.info.rig);
   const OptimizeResult result = OptimizeWholeMap(iterations, camera, progress.cancel_flag(), &loaded.map);

@@ -16,7 +16,7 @@
 namespace semmap::server {
 namespace {
 
-constexpr double kLoadedToPrune = 0.2;
+constexpr double kPruneLoaded = 0.2;
 constexpr double kPruned = 0.6;
 
 struct PruneJob {
@@ -34,7 +34,7 @@ OperationResult Prune(const ServiceContext& context, const PruneJob& job, Operat
   progress.Enter("choosing what goes");
   SEMMAP_ASSIGN_OR_RETURN(const PruneResult result,
                           PruneToBudget(job.budget, CameraOf(context, loaded.info.rig), &loaded.map,
-                                        ReportPart(progress, kLoadedToPrune, kPruned)));
+                                        ReportPart(progress, kPruneLoaded, kPruned)));
   v1::PruneReport report;
   report.set_removed_keyframes(static_cast<int64_t>(result.removed_keyframes));
   report.set_removed_points(static_cast<int64_t>(result.removed_points));

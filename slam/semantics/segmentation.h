@@ -39,6 +39,7 @@ class Segmentation {
 
  private:
   PixelClass Decide(float* scores) const;
+  void DecideRow(const std::vector<const float*>& scores, uint8_t* winners, uint8_t* confidences) const;
   cv::Mat PlaneOf(size_t channel) const;
 
   cv::Size image_;

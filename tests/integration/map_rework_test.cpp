@@ -13,8 +13,6 @@ constexpr int kEastEnd = 26;
 constexpr int kWestBegin = 14;
 constexpr int kWestEnd = 40;
 constexpr uint32_t kOtherRoom = 9;
-// Of a pose against the truth, metres: the maps' own error, and a little.
-constexpr double kBound = 0.06;
 
 class MapReworkTest : public RoomTest {
  protected:
@@ -74,19 +72,6 @@ class MapReworkTest : public RoomTest {
                                    })
                     .ok());
     return contents;
-  }
-
-  void ExpectSound(const std::string& map) {
-    const auto check = client::Client(Connect()).CheckMap(map, nullptr);
-    ASSERT_TRUE(check.ok()) << check.status();
-    EXPECT_EQ(check->problems_size(), 0) << check->DebugString();
-  }
-
-  void ExpectFound(const std::string& map, int picture) {
-    const auto response = Relocalize(map, picture, true);
-    ASSERT_TRUE(response.ok()) << response.status();
-    ASSERT_EQ(response->result(), v1::RELOCALIZE_RESULT_FOUND) << picture;
-    EXPECT_LT(Error(response->map_from_camera(), picture), kBound) << picture;
   }
 
   // Distances of all stored frames of a map that begins with picture 0 from the truth, in order. The first

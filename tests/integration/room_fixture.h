@@ -158,6 +158,23 @@ class RoomTest : public ServiceTest {
     return (Eigen::Vector3d(t.x(), t.y(), t.z()) - FirstFromSecond(first, picture).translation()).norm();
   }
 
+  void ExpectSound(const std::string& map) {
+    const auto check = client::Client(Connect()).CheckMap(map, nullptr);
+    ASSERT_TRUE(check.ok()) << check.status();
+    EXPECT_EQ(check->problems_size(), 0) << check->DebugString();
+  }
+
+  // By two pictures that were taken there together, in a map that begins with picture 0.
+  void ExpectFound(const std::string& map, int picture) {
+    const auto response = Relocalize(map, picture, true);
+    ASSERT_TRUE(response.ok()) << response.status();
+    ASSERT_EQ(response->result(), v1::RELOCALIZE_RESULT_FOUND) << picture;
+    EXPECT_LT(Error(response->map_from_camera(), picture), kBound) << picture;
+  }
+
+  // Of a pose against the truth, metres: the map's own error, and a little.
+  static constexpr double kBound = 0.06;
+
   std::unique_ptr<Recorder> recorder_;
   v1::Session session_;
 };

@@ -13,8 +13,6 @@ namespace {
 
 constexpr int kMapFrames = 22;
 constexpr int kFarFrames = 34;
-// Of a pose against the truth, metres: the map's own error, and a little.
-constexpr double kBound = 0.06;
 
 class StoredMapTest : public RoomTest {
  protected:
@@ -178,14 +176,9 @@ TEST_F(StoredMapTest, ExtendingAddsToTheMap) {
   EXPECT_GT(after.version(), before.version());
   EXPECT_GT(after.keyframe_count(), before.keyframe_count());
   EXPECT_GT(after.point_count(), before.point_count());
-  const auto check = client::Client(Connect()).CheckMap("room", nullptr);
-  ASSERT_TRUE(check.ok()) << check.status();
-  EXPECT_EQ(check->problems_size(), 0) << check->DebugString();
+  ExpectSound("room");
   // Places beyond the old end are in the map now.
-  const auto response = Relocalize(kFarFrames - 2, true);
-  ASSERT_TRUE(response.ok()) << response.status();
-  ASSERT_EQ(response->result(), v1::RELOCALIZE_RESULT_FOUND);
-  EXPECT_LT(Error(response->map_from_camera(), kFarFrames - 2), kBound);
+  ExpectFound("room", kFarFrames - 2);
 }
 
 TEST_F(StoredMapTest, TwoExtendItAtOnceAndAThirdLooks) {
@@ -211,13 +204,8 @@ TEST_F(StoredMapTest, TwoExtendItAtOnceAndAThirdLooks) {
   EXPECT_GE(first_summary->session().statistics().frames_tracked(), sequence - 2);
   EXPECT_GT(second_summary->session().statistics().frames_tracked(), sequence / 2);
   EXPECT_GT(TheMap().keyframe_count(), before.keyframe_count());
-  const auto check = client::Client(Connect()).CheckMap("room", nullptr);
-  ASSERT_TRUE(check.ok()) << check.status();
-  EXPECT_EQ(check->problems_size(), 0) << check->DebugString();
-  const auto response = Relocalize(kFarFrames - 2, true);
-  ASSERT_TRUE(response.ok()) << response.status();
-  ASSERT_EQ(response->result(), v1::RELOCALIZE_RESULT_FOUND);
-  EXPECT_LT(Error(response->map_from_camera(), kFarFrames - 2), kBound);
+  ExpectSound("room");
+  ExpectFound("room", kFarFrames - 2);
 }
 
 TEST_F(StoredMapTest, ASecondVehicleJoinsWhileTheFirstMaps) {
@@ -242,9 +230,7 @@ TEST_F(StoredMapTest, ASecondVehicleJoinsWhileTheFirstMaps) {
   const auto joined = (*joiner)->Finish();
   ASSERT_TRUE(joined.ok()) << joined.status();
   EXPECT_GE(joined->session().statistics().frames_tracked(), static_cast<uint64_t>(kMapFrames - 12 - 2));
-  const auto check = client::Client(Connect()).CheckMap("both", nullptr);
-  ASSERT_TRUE(check.ok()) << check.status();
-  EXPECT_EQ(check->problems_size(), 0) << check->DebugString();
+  ExpectSound("both");
 }
 
 TEST_F(StoredMapTest, AVehicleThatBeginsElsewhereBringsItsOwnPiece) {
@@ -286,9 +272,7 @@ TEST_F(StoredMapTest, AVehicleThatBeginsElsewhereBringsItsOwnPiece) {
     ++of_piece;
   }
   EXPECT_GT(of_piece, 20);
-  const auto check = client::Client(Connect()).CheckMap("room", nullptr);
-  ASSERT_TRUE(check.ok()) << check.status();
-  EXPECT_EQ(check->problems_size(), 0) << check->DebugString();
+  ExpectSound("room");
 }
 
 TEST_F(StoredMapTest, WhoLooksInTheWrongMapIsLostAndTold) {

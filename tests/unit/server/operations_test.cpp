@@ -16,7 +16,7 @@ class OperationsTest : public testing::Test {
                               [this](OperationProgress& progress) { return Hold(progress); });
   }
 
-  absl::StatusOr<std::unique_ptr<google::protobuf::Message>> Hold(OperationProgress& progress) {
+  Operations::Result Hold(OperationProgress& progress) {
     progress.Report(0.5);
     started_.Notify();
     while (!release_.WaitForNotificationWithTimeout(absl::Milliseconds(5))) {
@@ -82,6 +82,29 @@ TEST_F(OperationsTest, CancelledOnesEndWithCancelled) {
     EXPECT_EQ(done.error().code(), static_cast<int>(absl::StatusCode::kCancelled));
     EXPECT_TRUE(done.metadata().cancel_requested());
   }
+}
+
+TEST_F(OperationsTest, WhatTheWorkHoldsIsFreeWhenItIsDone) {
+  ASSERT_TRUE(StartHeld().ok());
+  std::weak_ptr<int> held;
+  {
+    const auto hold = std::make_shared<int>(0);
+    held = hold;
+    const auto work = [hold](OperationProgress&) -> Operations::Result { return absl::InternalError("ran"); };
+    ASSERT_TRUE(operations_->Start(v1::OPERATION_KIND_MERGE, {"town"}, work).ok());
+  }
+  ASSERT_TRUE(operations_->Cancel("2").ok());
+  bool was_free = false;
+  Notification done;
+  const auto look = [&](const v1::Operation&) {
+    was_free = held.expired();
+    done.Notify();
+  };
+  ASSERT_TRUE(operations_->WhenDone("2", look).ok());
+  EXPECT_FALSE(held.expired());
+  release_.Notify();
+  ASSERT_TRUE(done.WaitForNotificationWithTimeout(absl::Seconds(10)));
+  EXPECT_TRUE(was_free);
 }
 
 TEST_F(OperationsTest, ListsNewestFirstAndForgets) {
