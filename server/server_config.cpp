@@ -33,6 +33,8 @@ void ServerConfig::Read(ConfigReader& reader) {
   reader.Choice("log_level", &log_level, {"trace", "debug", "info", "warn", "error"});
 }
 
+Config::Config() { slam.segmentation.mode = SegmentationMode::kKeyFrames; }
+
 void Config::Read(ConfigReader& reader) {
   reader.Section("server", &server);
   reader.Section("storage", &storage);

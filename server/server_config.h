@@ -50,8 +50,10 @@ struct ServerConfig {
 struct Config {
   ServerConfig server;
   storage::StorageConfig storage;
+  // The library's defaults, but for the segmentation of keyframes: a service's maps have classes.
   SlamConfig slam;
 
+  Config();
   void Read(ConfigReader& reader);
   // INVALID_ARGUMENT lists everything wrong with file and line.
   static absl::StatusOr<Config> FromFile(const std::string& path);

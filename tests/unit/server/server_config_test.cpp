@@ -48,11 +48,17 @@ TEST(ServerConfig, TheDocumentedFileSaysTheDefaults) {
   EXPECT_EQ(config->slam.relocalization.limits.min_inliers, slam.relocalization.limits.min_inliers);
   EXPECT_EQ(config->slam.loop.consistency, slam.loop.consistency);
   EXPECT_EQ(config->slam.loop.full_iterations, slam.loop.full_iterations);
-  EXPECT_EQ(config->slam.segmentation.mode, slam.segmentation.mode);
+  EXPECT_EQ(config->slam.segmentation.mode, Config().slam.segmentation.mode);
   EXPECT_EQ(config->slam.segmentation.live_mode, slam.segmentation.live_mode);
   EXPECT_EQ(config->slam.segmentation.max_batch, slam.segmentation.max_batch);
   EXPECT_EQ(config->slam.segmentation.max_waiting, slam.segmentation.max_waiting);
   EXPECT_EQ(config->slam.segmentation.max_wait_ms, slam.segmentation.max_wait_ms);
+}
+
+TEST(ServerConfig, AServiceSegmentsKeyframesUnlessItIsToldNotTo) {
+  EXPECT_EQ(ConfigOf("server:\n  max_sessions: 3\n")->slam.segmentation.mode, SegmentationMode::kKeyFrames);
+  EXPECT_EQ(ConfigOf("slam:\n  segmentation:\n    mode: off\n")->slam.segmentation.mode,
+            SegmentationMode::kOff);
 }
 
 TEST(ServerConfig, RefusesUnknownKeysAndBadValuesWithTheirLine) {
