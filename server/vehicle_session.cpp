@@ -157,12 +157,12 @@ VehicleSession::Next VehicleSession::NextResponse(const StreamOutput* output,
     return Next::kEnd;
   }
   if (outbox_.Take(response)) return Next::kMessage;
-  if (over_ && ending_->status.ok() && !summary_taken_) {
+  if (announced_ && ending_->status.ok() && !summary_taken_) {
     summary_taken_ = true;
     *response->mutable_summary() = SummaryLocked();
     return Next::kMessage;
   }
-  if (over_) {
+  if (announced_) {
     *status = ending_->status;
     return Next::kEnd;
   }
@@ -295,7 +295,6 @@ void VehicleSession::StoreEnd() {
   if (!status.ok()) spdlog::error("session end not stored session={} {}", identity_.id, LogText(status));
   if (status.ok() && !gnss_.samples().empty()) AnchorMap();
 
-  std::vector<std::function<void(const v1::Session&)>> when_over;
   v1::Session snapshot;
   {
     MutexLock lock(&mutex_);
@@ -307,15 +306,27 @@ void VehicleSession::StoreEnd() {
     }
     ended_at_ = now;
     over_ = true;
-    when_over.swap(when_over_);
     snapshot = SnapshotLocked();
   }
   // All is stored: who extends the map next may load it.
   extended_.reset();
-  for (const auto& function : when_over) function(snapshot);
+  AnnounceEnd(snapshot);
   spdlog::info("session over session={} map={} frames={} tracked={} keyframes={} points={}", identity_.id,
                identity_.map_id, counters.frames_received, counters.frames_tracked,
                snapshot.statistics().keyframes(), snapshot.statistics().points());
+}
+
+// In the order in which they asked, the vehicle last: the registry was first, so whoever hears of the end
+// finds the map free.
+void VehicleSession::AnnounceEnd(const v1::Session& last) {
+  std::vector<std::function<void(const v1::Session&)>> waiting;
+  do {
+    for (const auto& function : waiting) function(last);
+    waiting.clear();
+    MutexLock lock(&mutex_);
+    waiting.swap(when_over_);
+    announced_ = waiting.empty();
+  } while (!waiting.empty());
   Wake();
 }
 
@@ -331,7 +342,7 @@ void VehicleSession::WhenOver(std::function<void(const v1::Session&)> function) 
   v1::Session snapshot;
   {
     MutexLock lock(&mutex_);
-    if (!over_) {
+    if (!announced_) {
       when_over_.push_back(std::move(function));
       return;
     }

@@ -137,6 +137,7 @@ class VehicleSession : public std::enable_shared_from_this<VehicleSession>, priv
   void OnStoreFailed(absl::Status status);
   absl::Status Apply(const MapDelta& delta);
   void StoreEnd();
+  void AnnounceEnd(const v1::Session& last);
   void AnchorMap();
 
   void RecordResult(const QueuedFrame& queued, const FrameResult& result, double queue_ms, double decode_ms);
@@ -167,7 +168,8 @@ class VehicleSession : public std::enable_shared_from_this<VehicleSession>, priv
   std::shared_ptr<StreamOutput> output_ ABSL_GUARDED_BY(mutex_);
   bool stepping_ ABSL_GUARDED_BY(mutex_) = false;  // a Step is scheduled or runs
   std::optional<Ending> ending_ ABSL_GUARDED_BY(mutex_);
-  bool over_ ABSL_GUARDED_BY(mutex_) = false;
+  bool over_ ABSL_GUARDED_BY(mutex_) = false;       // stored
+  bool announced_ ABSL_GUARDED_BY(mutex_) = false;  // over, and all who asked have been told
   bool summary_taken_ ABSL_GUARDED_BY(mutex_) = false;
   uint64_t interruptions_ ABSL_GUARDED_BY(mutex_) = 0;
   uint64_t resumes_ ABSL_GUARDED_BY(mutex_) = 0;

@@ -2,10 +2,18 @@
 
 #include <limits>
 
+#include "absl/time/clock.h"
 #include "handler_fixture.h"
+#include "slam/common/notification.h"
 
 namespace semmap::server {
 namespace {
+
+// A stream that is asked and never told.
+class SilentOutput : public StreamOutput {
+ public:
+  void Wake() override {}
+};
 
 class SessionRegistryTest : public HandlerTest {
  protected:
@@ -108,6 +116,37 @@ TEST_F(SessionRegistryTest, ResumeWantsTheToken) {
   EXPECT_EQ(ReasonOf(sessions_->Resume(resume).status()), v1::ERROR_REASON_SESSION_NOT_RESUMABLE);
   resume.set_resume_token(opened->session->identity().resume_token);
   EXPECT_TRUE(sessions_->Resume(resume).ok());
+}
+
+TEST_F(SessionRegistryTest, WhoHearsOfTheEndFindsTheMapFree) {
+  const auto opened = sessions_->Open(hello_);
+  ASSERT_TRUE(opened.ok()) << opened.status();
+  VehicleSession& session = *opened->session;
+  const auto output = std::make_shared<SilentOutput>();
+  ASSERT_TRUE(session.Attach(output, false, 0).has_value());
+  const auto summary_is_there = [&] {
+    v1::StreamFramesResponse response;
+    absl::Status status;
+    while (session.NextResponse(output.get(), &response, &status) == VehicleSession::Next::kMessage) {
+      if (response.has_summary()) return true;
+    }
+    return false;
+  };
+  bool was_in_use = true;
+  bool was_summed_up = true;
+  Notification told;
+  session.WhenOver([&](const v1::Session&) {
+    was_in_use = sessions_->IsMapInUse("town");
+    was_summed_up = summary_is_there();
+    told.Notify();
+  });
+  session.End(v1::SESSION_END_REASON_CLIENT, absl::OkStatus());
+  ASSERT_TRUE(told.WaitForNotificationWithTimeout(absl::Seconds(10)));
+  EXPECT_FALSE(was_in_use);
+  EXPECT_FALSE(was_summed_up) << "the vehicle hears of it last";
+  const absl::Time deadline = absl::Now() + absl::Seconds(10);
+  while (!summary_is_there() && absl::Now() < deadline) absl::SleepFor(absl::Milliseconds(1));
+  EXPECT_LT(absl::Now(), deadline);
 }
 
 TEST_F(SessionRegistryTest, OnlySoManySessions) {
