@@ -315,10 +315,6 @@ void SessionRegistry::LetGo(const std::vector<std::string>& map_ids) {
   for (const std::string& id : map_ids) held_.erase(id);
 }
 
-void SessionRegistry::MapHold::LetGo() {
-  if (SessionRegistry* registry = std::exchange(registry_, nullptr)) registry->LetGo(map_ids_);
-}
-
 size_t SessionRegistry::size() const {
   MutexLock lock(&mutex_);
   return sessions_.size();

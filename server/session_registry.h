@@ -48,7 +48,7 @@ class SessionRegistry {
   std::optional<v1::Session> Describe(const std::string& session_id) const;
   // By a session, or held.
   bool IsMapInUse(const std::string& map_id) const;
-  // Keeps sessions off the maps until it goes or lets go; copies are one hold. Outlived by the registry.
+  // Keeps sessions off the maps until it goes; copies are one hold. Outlived by the registry.
   class MapHold;
   // MAP_IN_USE when any of the maps is.
   absl::StatusOr<std::shared_ptr<MapHold>> Hold(const std::vector<std::string>& map_ids);
@@ -100,15 +100,12 @@ class SessionRegistry::MapHold {
  public:
   MapHold(SessionRegistry* registry, std::vector<std::string> map_ids)
       : registry_(registry), map_ids_(std::move(map_ids)) {}
-  ~MapHold() { LetGo(); }
+  ~MapHold() { registry_->LetGo(map_ids_); }
   MapHold(const MapHold&) = delete;
   MapHold& operator=(const MapHold&) = delete;
 
-  // Before the hold goes; not thread-safe.
-  void LetGo();
-
  private:
-  SessionRegistry* registry_;  // null: let go
+  SessionRegistry* const registry_;
   const std::vector<std::string> map_ids_;
 };
 

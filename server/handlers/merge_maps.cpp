@@ -6,7 +6,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "server/camera_comparison.h"
 #include "server/error_reasons.h"
@@ -124,9 +123,6 @@ absl::StatusOr<storage::MapInfo> Store(const ServiceContext& context, const Merg
 }
 
 OperationResult Merge(const ServiceContext& context, const MergeJob& job, OperationProgress& progress) {
-  const absl::Cleanup let_go = [&job] {
-    if (job.hold != nullptr) job.hold->LetGo();
-  };
   progress.Enter("loading");
   SEMMAP_ASSIGN_OR_RETURN(storage::JoinedMaps maps, Load(context, job));
   const MappingCamera camera = CameraFor(context, job);
@@ -185,10 +181,12 @@ absl::StatusOr<MergeJob> Prepare(const ServiceContext& context, const v1::MergeM
 
 absl::StatusOr<v1::Operation> MergeMaps(const ServiceContext& context, const v1::MergeMapsRequest& request) {
   return StartOperation(context, "MergeMaps", request.request_id(), [&]() -> absl::StatusOr<v1::Operation> {
-    SEMMAP_ASSIGN_OR_RETURN(const MergeJob job, Prepare(context, request));
-    return context.operations->Start(
-        v1::OPERATION_KIND_MERGE, {job.target.name, job.source.name},
-        [context, job](OperationProgress& progress) { return Merge(context, job, progress); });
+    SEMMAP_ASSIGN_OR_RETURN(MergeJob job, Prepare(context, request));
+    const std::vector<std::string> names = {job.target.name, job.source.name};
+    return context.operations->Start(v1::OPERATION_KIND_MERGE, names,
+                                     [context, job = std::move(job)](OperationProgress& progress) {
+                                       return Merge(context, job, progress);
+                                     });
   });
 }
 

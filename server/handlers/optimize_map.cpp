@@ -1,8 +1,8 @@
 #include <memory>
+#include <utility>
 
 #include <spdlog/spdlog.h>
 
-#include "absl/cleanup/cleanup.h"
 #include "server/error_reasons.h"
 #include "server/handlers/map_handlers.h"
 #include "server/handlers/map_rework.h"
@@ -31,8 +31,7 @@ v1::OptimizeReport ReportOf(const OptimizeResult& result) {
 }
 
 OperationResult Optimize(const ServiceContext& context, storage::MapId map, int iterations,
-                         SessionRegistry::MapHold* hold, OperationProgress& progress) {
-  const absl::Cleanup let_go = [hold] { hold->LetGo(); };
+                         OperationProgress& progress) {
   progress.Enter("loading");
   SEMMAP_ASSIGN_OR_RETURN(storage::RestoredMap loaded, LoadWholeMap(context, map));
   progress.Report(kOptimizeLoaded);
@@ -64,11 +63,13 @@ absl::StatusOr<v1::Operation> OptimizeMap(const ServiceContext& context,
     SEMMAP_ASSIGN_OR_RETURN(const storage::MapInfo map, FindMap(context, "name", request.name()));
     if (map.keyframe_count == 0)
       return Error(v1::ERROR_REASON_MAP_EMPTY, "the map has no keyframes", {{"map", map.name}});
-    SEMMAP_ASSIGN_OR_RETURN(const auto hold, context.sessions->Hold({map.name}));
-    return context.operations->Start(v1::OPERATION_KIND_OPTIMIZE, {map.name},
-                                     [context, id = map.id, iterations, hold](OperationProgress& progress) {
-                                       return Optimize(context, id, iterations, hold.get(), progress);
-                                     });
+    SEMMAP_ASSIGN_OR_RETURN(auto hold, context.sessions->Hold({map.name}));
+    // The work keeps the hold for as long as it lives.
+    return context.operations->Start(
+        v1::OPERATION_KIND_OPTIMIZE, {map.name},
+        [context, id = map.id, iterations, hold = std::move(hold)](OperationProgress& progress) {
+          return Optimize(context, id, iterations, progress);
+        });
   });
 }
 

@@ -1,9 +1,9 @@
 #include <memory>
 #include <string>
+#include <utility>
 
 #include <spdlog/spdlog.h>
 
-#include "absl/cleanup/cleanup.h"
 #include "server/error_reasons.h"
 #include "server/handlers/map_handlers.h"
 #include "server/handlers/map_rework.h"
@@ -26,9 +26,6 @@ struct PruneJob {
 };
 
 OperationResult Prune(const ServiceContext& context, const PruneJob& job, OperationProgress& progress) {
-  const absl::Cleanup let_go = [&job] {
-    if (job.hold != nullptr) job.hold->LetGo();
-  };
   progress.Enter("loading");
   SEMMAP_ASSIGN_OR_RETURN(storage::RestoredMap loaded, LoadWholeMap(context, job.map.id));
   progress.Enter("choosing what goes");
@@ -81,9 +78,11 @@ absl::StatusOr<v1::Operation> PruneMap(const ServiceContext& context, const v1::
     if (!request.validate_only()) {
       SEMMAP_ASSIGN_OR_RETURN(job.hold, context.sessions->Hold({job.map.name}));
     }
-    return context.operations->Start(
-        v1::OPERATION_KIND_PRUNE, {job.map.name},
-        [context, job](OperationProgress& progress) { return Prune(context, job, progress); });
+    const std::string name = job.map.name;
+    return context.operations->Start(v1::OPERATION_KIND_PRUNE, {name},
+                                     [context, job = std::move(job)](OperationProgress& progress) {
+                                       return Prune(context, job, progress);
+                                     });
   });
 }
 

@@ -115,7 +115,7 @@ TEST_F(MapReworkTest, AHoldKeepsSessionsAndOtherOperationsOff) {
   v1::DeleteMapRequest remove;
   remove.set_name("maps/village");
   EXPECT_EQ(ReasonOf(DeleteMap(context_, remove).status()), v1::ERROR_REASON_MAP_IN_USE);
-  (*hold)->LetGo();
+  hold->reset();
   EXPECT_TRUE(sessions_->Open(hello).ok());
   EXPECT_TRUE(DeleteMap(context_, remove).ok());
 }
